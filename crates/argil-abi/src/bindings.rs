@@ -50,7 +50,7 @@ constants! { BINDINGS:
     /// Counters of the pool.
     BIND_COUNTERS = 22;
     /// Blocks of pixels whose rays are still active.
-    BIND_LIVE = 23;
+    BIND_REQUESTS = 23;
     /// Lists of instructions.
     BIND_LISTS = 24;
     /// The uniform of pruning.
@@ -60,7 +60,7 @@ constants! { BINDINGS:
     /// The pool before it was repacked.
     BIND_OLD_POOL = 27;
     /// A rasterized image of triangles.
-    BIND_DRAWN = 28;
+    BIND_RASTER = 28;
     /// The uniform of marching cubes.
     BIND_MARCHING = 29;
     /// The cases of marching cubes.
@@ -80,7 +80,7 @@ constants! { BINDINGS:
     /// The edges of vertices.
     BIND_SPANS = 37;
     /// Vertices of an unindexed mesh.
-    BIND_SPREAD = 38;
+    BIND_UNINDEXED = 38;
     /// An image's bytes, four per pixel.
     BIND_PIXELS = 39;
     /// Histograms of what an image's rays did.

@@ -5,8 +5,8 @@ use crate::declare::constants;
 constants! { OPCODES:
     /// Combines a shape with the accumulator. Opcodes below are evaluated point by point; the table of shapes
     /// assigns them.
-    OP_SEARCHED = 48;
-    /// One more than the last shape's opcode. Those from `OP_SEARCHED` on search for the nearest of many points.
+    OP_FIRST_ITERATIVE = 48;
+    /// One more than the last shape's opcode. Those from `OP_FIRST_ITERATIVE` on search for the nearest of many points.
     OP_SHAPES_END = 64;
     /// Saves the accumulator and starts an empty one.
     OP_PUSH_VALUE = 64;
@@ -68,17 +68,17 @@ constants! { FLAGS:
     /// Intervals along the side of a cell with fine samples.
     SAMPLED_SIDE = 8;
     /// What to render: light and materials.
-    SHOW_SHADED = 0;
+    MODE_SHADED = 0;
     /// Normals as colors.
-    SHOW_NORMAL = 1;
+    MODE_NORMAL = 1;
     /// Distance along the ray.
-    SHOW_DEPTH = 2;
+    MODE_DEPTH = 2;
     /// Steps as blue, green, yellow, red.
-    SHOW_HEAT = 3;
+    MODE_HEAT = 3;
     /// The first brick of each ray.
-    SHOW_BRICKS = 4;
+    MODE_BRICKS = 4;
     /// The first node above bricks of each ray.
-    SHOW_NODES = 5;
+    MODE_NODES = 5;
     /// Points with a material along a mixed brick's side.
     MATERIAL_SIDE = 4;
     /// Flag of a brick's material: it is mixed.
@@ -86,9 +86,9 @@ constants! { FLAGS:
     /// Cells along the side of a block.
     BLOCK_SIDE = 4;
     /// Build bricks in some blocks, and replace what was there.
-    MAKE_SOME = 0;
+    BUILD_BLOCKS = 0;
     /// Only count the bricks that the given blocks would need, and write none.
-    MAKE_NONE = 1;
+    BUILD_COUNT_ONLY = 1;
     /// Counters of a build: cells that the surface can pass through.
     COUNTER_CANDIDATES = 0;
     /// Bricks that were taken from the pool.
@@ -106,9 +106,9 @@ constants! { FLAGS:
     /// Free places of mixed bricks, whose stack follows.
     COUNTER_FREE_MIXED = 7;
     /// Places of the pool that were ever taken: its high-water mark.
-    COUNTER_TOP = 8;
+    COUNTER_HIGH_WATER = 8;
     /// Places of mixed bricks that were ever taken.
-    COUNTER_TOP_MIXED = 9;
+    COUNTER_HIGH_WATER_MIXED = 9;
     /// Bricks that were ever sampled, modulo 2³².
     COUNTER_FILLED = 10;
     /// Bricks that were ever added to cells without one.
@@ -132,7 +132,7 @@ constants! { FLAGS:
     /// The ground plane.
     HIT_GROUND = 3;
     /// Nothing yet: the ray continues in the next dispatch.
-    HIT_UNDER_WAY = 4;
+    HIT_PENDING = 4;
     /// Slots of the GPU interpreter's stacks of values and of points.
     GPU_STACK_SLOTS = 32;
     /// Each look-up in the octree starts at the root.
@@ -142,13 +142,13 @@ constants! { FLAGS:
     /// Maximum levels of an octree's nodes.
     OCTREE_MAX_DEPTH = 8;
     /// Words of an octree's table: the number of bricks.
-    TREE_BRICKS = 0;
+    OCTREE_HEADER_BRICKS = 0;
     /// The number of nodes.
-    TREE_NODES = 1;
+    OCTREE_HEADER_NODES = 1;
     /// The first of one word per level: where each begins among the nodes, parents of bricks first.
-    TREE_LEVELS = 2;
+    OCTREE_HEADER_LEVELS = 2;
     /// Number of words of that table.
-    TREE_WORDS = 16;
+    OCTREE_HEADER_WORDS = 16;
     /// Normals of a mesh's vertices: none.
     MARCH_NONE = 0;
     /// The gradient of the samples.

@@ -26,7 +26,7 @@ numbers! { NUMBERS:
     /// The sky's light from the horizon.
     HORIZON: [f32; 3] = [0.80, 0.86, 0.92];
     /// The light from below.
-    BELOW: [f32; 3] = [0.44, 0.45, 0.47];
+    NADIR: [f32; 3] = [0.44, 0.45, 0.47];
     /// Pixels along the side of a cone in which rays begin.
     CONE_SIDE: u32 = 8;
     /// Maximum steps of a cone.
@@ -42,26 +42,26 @@ numbers! { NUMBERS:
     /// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
     BRICK_MARGIN_VOXELS: f32 = 2.5;
     /// The weight of a mixed brick's point on another surface, relative to 1.
-    LEAST_WEIGHT: f32 = 1e-3;
+    MIN_WEIGHT: f32 = 1e-3;
     /// Up to this multiple of the distance that decides whether a brick is mixed, its points keep their own
     /// materials: within half of its diagonal, as far as lists give distances.
-    MATERIAL_TOLD: f32 = 1.48;
+    MATERIAL_OWN_RATIO: f32 = 1.48;
     /// Fraction of the largest over-relaxed step along a plane.
     RELAXATION: f32 = 0.9;
     /// A ray that leaves a cell or a voxel advances by this many voxels, to be inside the next,
     NUDGE_VOXELS: f32 = 1e-3;
     /// by this fraction of its length,
-    NUDGE_SHARE: f32 = 5e-7;
+    NUDGE_RELATIVE: f32 = 5e-7;
     /// and by this fraction of its position in voxels, in a world so wide that rounding exceeds that.
-    NUDGE_PLACE: f32 = 2.5e-7;
+    NUDGE_POSITION: f32 = 2.5e-7;
     /// Units of marching cubes that one workgroup adds up.
-    UNITS_A_GROUP: u32 = 256;
+    UNITS_PER_GROUP: u32 = 256;
     /// Minimum distance of a mesh's vertex from a sample, as a fraction of its edge.
-    NEAREST_ON_EDGE: f32 = 0.00390625;
+    MIN_EDGE_FRACTION: f32 = 0.00390625;
     /// The top bit of a cell's word without a brick.
     WORD_EMPTY: u32 = 0x8000_0000;
     /// Set in such a word if its whole block has no brick.
-    WORD_LONELY: u32 = 1;
+    WORD_BLOCK_EMPTY: u32 = 1;
     /// Marks an entry of the block table that is neither block nor node: the index of a far slot follows.
     FAR_ENTRY: u32 = 0x8000_0000;
     /// Slots that no block has: far outside and far inside, for each level of the table.

@@ -1,6 +1,6 @@
 //! Bounds of distances over boxes.
 
-use crate::space::{RADIAL_WORDS, REPEAT_WORDS};
+use crate::domain_ops::{RADIAL_WORDS, REPEAT_WORDS};
 use crate::{NearJumps, Program};
 use argil_abi::{self as abi, Instruction};
 use argil_math::{Aabb, Interval};

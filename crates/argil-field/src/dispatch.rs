@@ -46,7 +46,7 @@ macro_rules! dispatch {
             use super::{Plain, Searched};
             use argil_abi as abi;
             $(pub(crate) const $shape: u32 = Plain::$shape as u32;)*
-            $(pub(crate) const $searched: u32 = abi::OP_SEARCHED + Searched::$searched as u32;)*
+            $(pub(crate) const $searched: u32 = abi::OP_FIRST_ITERATIVE + Searched::$searched as u32;)*
         }
 
         /// The distance function of each opcode, with the same name in both languages.
@@ -135,14 +135,14 @@ fn curve_brush<R: Real>(
 }
 
 const _: () = assert!(
-    FUNCTIONS.len() - SEARCHES.len() <= abi::OP_SEARCHED as usize
-        && SEARCHES.len() <= (abi::OP_SHAPES_END - abi::OP_SEARCHED) as usize,
+    FUNCTIONS.len() - SEARCHES.len() <= abi::OP_FIRST_ITERATIVE as usize
+        && SEARCHES.len() <= (abi::OP_SHAPES_END - abi::OP_FIRST_ITERATIVE) as usize,
     "each kind of shape has its range of opcodes"
 );
 
 /// Returns the loop iterations of one evaluation of a shape on a GPU.
 pub(crate) fn loops(op: u32, words: &[f32]) -> u64 {
-    let search = op.checked_sub(abi::OP_SEARCHED);
+    let search = op.checked_sub(abi::OP_FIRST_ITERATIVE);
     let search = search.and_then(|nth| SEARCHES.get(nth as usize));
     search.map_or(1, |loops| loops(words))
 }
@@ -158,7 +158,11 @@ pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
     let mut text =
         "fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {\n    switch op {\n".to_owned();
     for &(op, function) in FUNCTIONS.iter().filter(|(op, _)| used(*op)) {
-        let words = if op < abi::OP_SEARCHED { "w" } else { "w + 6u" };
+        let words = if op < abi::OP_FIRST_ITERATIVE {
+            "w"
+        } else {
+            "w + 6u"
+        };
         // Writing to a string does not fail.
         let _ = writeln!(
             text,

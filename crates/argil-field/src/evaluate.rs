@@ -1,7 +1,7 @@
 //! The entry points of the interpreter.
 
 use crate::curves::SIMD_BLOCK;
-use crate::interpret::{Carried, run};
+use crate::interpreter::{Carried, run};
 use crate::interpreter_state::{InterpreterState, Loan};
 use crate::scalar::{Dual, F32Lanes, Real};
 use crate::{FAR, Program};

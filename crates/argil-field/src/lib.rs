@@ -4,11 +4,12 @@ mod bounds;
 mod combine;
 mod curves;
 mod dispatch;
+mod domain_ops;
 mod eval_brush;
 mod evaluate;
 mod grid;
 mod incremental;
-mod interpret;
+mod interpreter;
 mod interpreter_state;
 mod jump_regions;
 mod jumps;
@@ -34,7 +35,6 @@ mod regularity;
 mod sampled;
 mod scalar;
 mod shapes;
-mod space;
 mod spans;
 mod specialize;
 
@@ -61,11 +61,11 @@ pub const FAR: f32 = argil_abi::FAR;
 pub const WORLD_LIMIT: f32 = argil_abi::WORLD_LIMIT;
 
 pub(crate) const WGSL_COMMON: &str = concat!(
-    include_str!("real.wgsl"),
+    include_str!("scalar.wgsl"),
     include_str!("shapes.wgsl"),
     include_str!("curves.wgsl"),
     include_str!("sampled.wgsl"),
     include_str!("noise.wgsl"),
     include_str!("combine.wgsl"),
-    include_str!("space.wgsl"),
+    include_str!("domain_ops.wgsl"),
 );

@@ -44,7 +44,7 @@ impl OpcodeSet {
     /// tables `instrs: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
     /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
-        self.interpreter() + include_str!("whole.wgsl")
+        self.interpreter() + include_str!("unpruned.wgsl")
     }
 
     /// Returns the WGSL twins with pruning, the twin of [`crate::Pruner`]. The interpreter runs the range `list` of
@@ -58,7 +58,7 @@ impl OpcodeSet {
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
         // While skipping: the number of open braces of the case.
         let mut skipping = 0i32;
-        for line in include_str!("interpret.wgsl").lines() {
+        for line in include_str!("interpreter.wgsl").lines() {
             let balance = line.matches('{').count() as i32 - line.matches('}').count() as i32;
             if skipping > 0 {
                 skipping += balance;

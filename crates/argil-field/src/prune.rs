@@ -15,7 +15,7 @@ use crate::Program;
 use crate::curves::SIMD_BLOCK;
 use crate::eval_brush::BrushParams;
 use crate::evaluate::run_parallel;
-use crate::interpret::Carried;
+use crate::interpreter::Carried;
 use crate::interpreter_state::Loan;
 use crate::marks::{CELLS_PER_BATCH, Marks};
 use argil_abi::{self as abi, Instruction};

@@ -46,7 +46,7 @@ fn write_mark(place: u32, mark: u32) {
 }
 
 // Returns the operands that can be removed. GPU version of `losers`.
-fn losers(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
+fn dominated(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
     let a = a0 * j.sa;
     let b = b0 * j.sb;
     let clear = joint_margin + j.k;
@@ -71,7 +71,7 @@ fn losers(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
 
 fn mark(a: f32, b: f32, j: Joint, flags: u32, is_group: bool) {
     if MARKING && joint_place != NOWHERE {
-        write_mark(joint_place, losers(a, b, j, flags, is_group));
+        write_mark(joint_place, dominated(a, b, j, flags, is_group));
     }
 }
 
@@ -99,7 +99,7 @@ fn choose() -> u32 {
     var groups = 0u;
     var frames = 0u;
     // Whether a later operand replaces what is evaluated here.
-    var wiped = false;
+    var cleared = false;
     // Whether anything in the open frame stays.
     var is_used = false;
     var count = 0u;
@@ -112,7 +112,7 @@ fn choose() -> u32 {
         let own = read_mark(place);
         var stays = false;
         if loops > 0u || instr.op == OP_NEXT {
-            stays = !wiped;
+            stays = !cleared;
             is_used = is_used || stays;
             if instr.op == OP_NEXT {
                 loops++;
@@ -120,20 +120,20 @@ fn choose() -> u32 {
                 loops--;
             }
         } else if instr.op < OP_SHAPES_END {
-            stays = !wiped && (own & DROP_B) == 0u;
+            stays = !cleared && (own & DROP_B) == 0u;
             is_used = is_used || stays;
-            wiped = wiped || (stays && (own & DROP_A) != 0u);
+            cleared = cleared || (stays && (own & DROP_A) != 0u);
         } else {
             switch instr.op {
                 case OP_COMBINE: {
                     let swapped = (instr.flags & FLAG_SWAPPED) != 0u;
                     let drops_saved = (own & select(DROP_A, DROP_B, swapped)) != 0u;
                     let drops_current = (own & select(DROP_B, DROP_A, swapped)) != 0u;
-                    if wiped {
+                    if cleared {
                         open_groups[groups] = GROUP_WIPES;
                     } else if drops_current {
                         open_groups[groups] = 0u;
-                        wiped = true;
+                        cleared = true;
                     } else if drops_saved {
                         open_groups[groups] = GROUP_WIPES;
                     } else {
@@ -145,12 +145,12 @@ fn choose() -> u32 {
                 case OP_PUSH_VALUE: {
                     groups--;
                     stays = (open_groups[groups] & GROUP_STAYS) != 0u;
-                    wiped = (open_groups[groups] & GROUP_WIPES) != 0u;
+                    cleared = (open_groups[groups] & GROUP_WIPES) != 0u;
                 }
                 case OP_POP_POINT, OP_UNCLAMP: {
-                    open_frames[frames] = (place << 2u) | select(0u, FRAME_BEFORE, is_used) | select(0u, FRAME_GOES, wiped);
+                    open_frames[frames] = (place << 2u) | select(0u, FRAME_BEFORE, is_used) | select(0u, FRAME_GOES, cleared);
                     frames++;
-                    stays = !wiped;
+                    stays = !cleared;
                     is_used = false;
                 }
                 case OP_PUSH_POINT, OP_TWIST, OP_BEND: {
@@ -170,7 +170,7 @@ fn choose() -> u32 {
                 case OP_AFFINE, OP_MIRROR, OP_ELONGATE: {
                     stays = frames == 0u || (open_frames[max(frames, 1u) - 1u] & FRAME_GOES) == 0u;
                 }
-                default: { stays = !wiped; }
+                default: { stays = !cleared; }
             }
         }
         write_mark(place, select(0u, STAYS, stays));

@@ -173,7 +173,7 @@ fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std
         ..
     } = *instr;
     let own = w + abi::BRUSH_HEADER_WORDS;
-    let searched = op >= abi::OP_SEARCHED;
+    let searched = op >= abi::OP_FIRST_ITERATIVE;
     let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched {
         "translated"
     } else {

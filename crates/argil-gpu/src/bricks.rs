@@ -47,7 +47,11 @@ macro_rules! way {
             name: $name,
             march: argil_render::wgsl::BRICKS,
             tables: || {
-                let words = [argil_volume::wgsl::WORDS, argil_volume::wgsl::MATERIAL].concat();
+                let words = [
+                    argil_volume::wgsl::BRICK_CELLS,
+                    argil_volume::wgsl::BRICK_MATERIALS,
+                ]
+                .concat();
                 [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, &words].concat()
             },
             binds: &[
@@ -361,7 +365,7 @@ async fn read(
         *word = place.expect("the list was made of these words") as u32;
     }
     let mut samples = Vec::new();
-    let top = counted.get(abi::COUNTER_TOP);
+    let top = counted.get(abi::COUNTER_HIGH_WATER);
     let wanted = top.max(1) as usize * side.pow(3) * bytes;
     for first in (0..nz).step_by(layers as usize) {
         if samples.len() >= wanted {

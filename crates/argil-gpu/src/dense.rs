@@ -127,7 +127,7 @@ impl GpuVolume {
             TABLES_WGSL,
             &target_wgsl(gpu.texels(encoding.format)),
             field.field_wgsl(),
-            argil_volume::wgsl::FILL,
+            argil_volume::wgsl::BAKE_LEVEL,
         ]
         .concat();
         let mut binds = FIELD_BINDS.to_vec();

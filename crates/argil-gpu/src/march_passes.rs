@@ -1,8 +1,8 @@
 //! The passes of marching cubes.
 
 use crate::bindings::{
-    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, SPREAD, STORED,
-    TABLES_WGSL, TRIANGLES, UNIT_GROUPS, UNITS, VERTICES, VOLUME, layout, pipelines,
+    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, STORED, TABLES_WGSL,
+    TRIANGLES, UNINDEXED, UNIT_GROUPS, UNITS, VERTICES, VOLUME, layout, pipelines,
 };
 use crate::resources::uniform_of;
 use crate::{GpuError, GpuProgram};
@@ -41,8 +41,8 @@ const CELLS_WGSL: &str = "
 @group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
 ";
 
-const SPREAD_WGSL: &str = "
-@group(0) @binding(BIND_SPREAD) var<storage, read_write> spread: array<f32>;
+const UNINDEXED_WGSL: &str = "
+@group(0) @binding(BIND_UNINDEXED) var<storage, read_write> unindexed: array<f32>;
 ";
 
 /// Projection needs these, and no triangles.
@@ -55,9 +55,9 @@ pub(crate) struct MarchPasses {
     pub(super) layout: wgpu::BindGroupLayout,
     pub(super) find_owners: Option<wgpu::ComputePipeline>,
     pub(super) march: [wgpu::ComputePipeline; 5],
-    pub(super) exact_layout: wgpu::BindGroupLayout,
+    pub(super) project_layout: wgpu::BindGroupLayout,
     pub(super) project: wgpu::ComputePipeline,
-    pub(super) unshared_layout: wgpu::BindGroupLayout,
+    pub(super) unindex_layout: wgpu::BindGroupLayout,
     pub(super) unindex: wgpu::ComputePipeline,
     pub(super) cases: wgpu::Buffer,
 }
@@ -66,7 +66,7 @@ impl MarchPasses {
     pub(crate) fn new(field: &GpuProgram, of_bricks: bool) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let (own, march) = if of_bricks {
-            let own = [CELLS_WGSL, argil_volume::wgsl::WORDS].concat();
+            let own = [CELLS_WGSL, argil_volume::wgsl::BRICK_CELLS].concat();
             (own, wgsl::BRICKS)
         } else {
             (DENSE_WGSL.to_owned(), wgsl::DENSE)
@@ -89,7 +89,7 @@ impl MarchPasses {
             "count_units",
             "add_units",
             "add_groups",
-            "place_rows",
+            "assign_row_offsets",
             "emit",
         ];
         let march = pipelines(gpu, source.clone(), &layout, &[], entry_points)?;
@@ -107,20 +107,27 @@ impl MarchPasses {
             EXACT_WGSL,
             SPANS_WGSL,
             field.field_wgsl(),
-            wgsl::EXACT,
+            wgsl::PROJECT_TO_FIELD,
         ];
         let mut binds = FIELD_BINDS.to_vec();
         binds.push(Bind::Uniform(MARCHING));
         binds.extend([VERTICES, SPANS].map(Bind::Write));
-        let exact_layout = gpu.with_error_scope(|| self::layout(gpu, "March::refine", &binds))?;
-        let [refine] = pipelines(gpu, source.concat(), &exact_layout, &[], ["refine"])?;
+        let project_layout =
+            gpu.with_error_scope(|| self::layout(gpu, "March::project_to_field", &binds))?;
+        let [project] = pipelines(
+            gpu,
+            source.concat(),
+            &project_layout,
+            &[],
+            ["project_to_field"],
+        )?;
 
-        let source = [&abi, OUT_WGSL, MESH_WGSL, SPREAD_WGSL, wgsl::UNSHARED];
+        let source = [&abi, OUT_WGSL, MESH_WGSL, UNINDEXED_WGSL, wgsl::UNINDEX];
         let mut binds = vec![Bind::Uniform(MARCHING)];
-        binds.extend([VERTICES, TRIANGLES, SPREAD].map(Bind::Write));
-        let unshared_layout =
-            gpu.with_error_scope(|| self::layout(gpu, "March::unshare", &binds))?;
-        let [unshare] = pipelines(gpu, source.concat(), &unshared_layout, &[], ["unshare"])?;
+        binds.extend([VERTICES, TRIANGLES, UNINDEXED].map(Bind::Write));
+        let unindex_layout =
+            gpu.with_error_scope(|| self::layout(gpu, "March::unindex", &binds))?;
+        let [unindex] = pipelines(gpu, source.concat(), &unindex_layout, &[], ["unindex"])?;
 
         let cases = gpu.with_error_scope(|| {
             let cases = uniform_of::<[u64; 256]>(gpu, "cases");
@@ -133,10 +140,10 @@ impl MarchPasses {
             layout,
             find_owners,
             march,
-            exact_layout,
-            project: refine,
-            unshared_layout,
-            unindex: unshare,
+            project_layout,
+            project,
+            unindex_layout,
+            unindex,
             cases,
         })
     }

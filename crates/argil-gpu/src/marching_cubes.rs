@@ -2,7 +2,7 @@
 //! triangles are written. The CPU waits for the totals, because they determine the sizes of the buffers.
 
 use crate::bindings::{
-    CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, SPREAD, STORED, TRIANGLES, UNIT_GROUPS,
+    CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, STORED, TRIANGLES, UNINDEXED, UNIT_GROUPS,
     UNITS, VERTICES, VOLUME, entry,
 };
 use crate::march_passes::MarchPasses;
@@ -19,7 +19,7 @@ use glam::UVec3;
 /// Cells along the side of a dense volume's units.
 const DENSE_SIDE: u32 = 8;
 /// Units whose counts one workgroup adds up.
-const UNITS_PER_GROUP: u32 = argil_abi::UNITS_A_GROUP;
+use argil_abi::UNITS_PER_GROUP;
 /// Maximum instructions times evaluations per dispatch.
 const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 /// Evaluations per vertex: its distance, and six for its normal.
@@ -276,26 +276,26 @@ async fn unindex(
     bake: &mut PassRecorder<'_>,
 ) -> Result<MarchResult, GpuError> {
     let [_, triangles] = shared.counts;
-    let mut spread = StorageBuffer::drawn("corners");
-    spread.reserve_exact(gpu, 72 * u64::from(triangles))?;
+    let mut unindexed = StorageBuffer::drawn("corners");
+    unindexed.reserve_exact(gpu, 72 * u64::from(triangles))?;
     let bind_group = gpu.with_error_scope(|| {
         gpu.queue
             .write_buffer(uniform, 0, bytemuck::bytes_of(marching));
         let mut entries = vec![entry(MARCHING, uniform)];
         entries.extend(shared.out.binding(VERTICES));
         entries.extend(shared.indices.as_ref().and_then(|t| t.binding(TRIANGLES)));
-        entries.extend(spread.binding(SPREAD));
+        entries.extend(unindexed.binding(UNINDEXED));
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("March::unshare"),
-            layout: &passes.unshared_layout,
+            label: Some("March::unindex"),
+            layout: &passes.unindex_layout,
             entries: &entries,
         })
     })?;
     let each = groups(triangles, 64);
-    bake.pass("unshare", &passes.unindex, &bind_group, each)
+    bake.pass("unindex", &passes.unindex, &bind_group, each)
         .await?;
     Ok(MarchResult {
-        out: spread,
+        out: unindexed,
         indices: None,
         counts: [3 * triangles, triangles],
     })
@@ -387,8 +387,8 @@ async fn refine(
         entries.extend(tables.vertices.binding(VERTICES));
         entries.extend(tables.spans.binding(SPANS));
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("March::refine"),
-            layout: &passes.exact_layout,
+            label: Some("March::project_to_field"),
+            layout: &passes.project_layout,
             entries: &entries,
         })
     })?;

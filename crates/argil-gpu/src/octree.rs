@@ -78,8 +78,8 @@ impl VolumeTables for OctreeTables {
             let mut info = info;
             info.octree = Some(OctreeInfo {
                 layout: self.layout,
-                bricks: word(abi::TREE_BRICKS),
-                nodes: word(abi::TREE_NODES),
+                bricks: word(abi::OCTREE_HEADER_BRICKS),
+                nodes: word(abi::OCTREE_HEADER_NODES),
             });
             Ok(info)
         })
@@ -105,10 +105,10 @@ impl Upload for Octree {
             upload(gpu, &texture, &layout.voxel_grid, 0, self.texels()).await?;
             let tree = self.tree();
             let mut tables = OctreeTables::new(layout);
-            let mut words = [0u32; abi::TREE_WORDS as usize];
-            words[abi::TREE_BRICKS as usize] = tree.codes().len() as u32;
-            words[abi::TREE_NODES as usize] = tree.nodes().len() as u32;
-            let levels = &mut words[abi::TREE_LEVELS as usize..];
+            let mut words = [0u32; abi::OCTREE_HEADER_WORDS as usize];
+            words[abi::OCTREE_HEADER_BRICKS as usize] = tree.codes().len() as u32;
+            words[abi::OCTREE_HEADER_NODES as usize] = tree.nodes().len() as u32;
+            let levels = &mut words[abi::OCTREE_HEADER_LEVELS as usize..];
             for (to, from) in levels.iter_mut().zip(tree.levels()) {
                 *to = *from;
             }
@@ -133,7 +133,7 @@ impl OctreeTables {
     }
 
     async fn read_words(&self, gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
-        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::TREE_WORDS)).await?;
+        let bytes = read_table(gpu, &self.words, 4 * u64::from(abi::OCTREE_HEADER_WORDS)).await?;
         Ok(bytes
             .chunks_exact(4)
             .map(bytemuck::pod_read_unaligned)
@@ -144,7 +144,10 @@ impl OctreeTables {
     async fn read_tree(&self, gpu: &Gpu) -> Result<OctreeNodes, GpuError> {
         let words = self.read_words(gpu).await?;
         let word = |i: u32| words.get(i as usize).copied().unwrap_or(0);
-        let (bricks, nodes) = (word(abi::TREE_BRICKS), word(abi::TREE_NODES));
+        let (bricks, nodes) = (
+            word(abi::OCTREE_HEADER_BRICKS),
+            word(abi::OCTREE_HEADER_NODES),
+        );
         let codes = read_table(gpu, &self.keys, 4 * u64::from(bricks))
             .await?
             .chunks_exact(4)
@@ -160,7 +163,7 @@ impl OctreeTables {
         .map(bytemuck::pod_read_unaligned)
         .collect();
         let levels = (0..self.layout.depth)
-            .map(|level| word(abi::TREE_LEVELS + level))
+            .map(|level| word(abi::OCTREE_HEADER_LEVELS + level))
             .collect();
         Ok(OctreeNodes::from_parts(codes, nodes, levels))
     }

@@ -19,7 +19,7 @@ const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 static MESH: TraceMode = TraceMode {
     name: "mesh",
-    march: wgsl::MESH,
+    march: wgsl::RASTER_HITS,
     tables: || DRAWN_WGSL.to_owned(),
     binds: &[Bind::Picture(DRAWN)],
     constants: &[],
@@ -287,7 +287,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
                 count: None,
             }],
         });
-    let source = [&argil_abi::wgsl(), FRAME_WGSL, wgsl::DRAW].concat();
+    let source = [&argil_abi::wgsl(), FRAME_WGSL, wgsl::RASTER_DRAW].concat();
     let module = gpu
         .device
         .create_shader_module(wgpu::ShaderModuleDescriptor {

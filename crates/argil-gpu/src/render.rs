@@ -99,7 +99,7 @@ impl RenderPasses {
             field_wgsl,
             wgsl::CAMERA,
             way.march,
-            wgsl::FINISH,
+            wgsl::RESOLVE_HITS,
             wgsl::SHADE,
         ]
         .concat();
@@ -111,7 +111,7 @@ impl RenderPasses {
         ]);
         binds.extend(way.binds);
         let layout = gpu.with_error_scope(|| layout(gpu, "Picture", &binds))?;
-        let entry_points = ["march", "finish", "shadow", "shade", "show"];
+        let entry_points = ["march", "resolve_hits", "shadow", "shade", "show"];
         let all = pipelines(gpu, source.clone(), &layout, way.constants, entry_points)?;
         let mut all = Vec::from(all);
         if way.has_cones {
@@ -300,7 +300,7 @@ impl RenderPasses {
         if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
             stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
         }
-        if key.show == argil_abi::SHOW_SHADED {
+        if key.show == argil_abi::MODE_SHADED {
             let steps = argil_render::SHADOW_STEPS;
             stages.extend(exact("Shade::shadow", SHADOW, steps));
             stages.extend(exact("Shade::light", SHADE, 1));

@@ -25,7 +25,7 @@ impl ResolvePass {
             FRAME_WGSL,
             PICTURE_WGSL,
             RESOLVE_WGSL,
-            wgsl::RESOLVE,
+            wgsl::RESOLVE_SAMPLES,
         ]
         .concat();
         let binds = [

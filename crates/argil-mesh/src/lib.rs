@@ -12,7 +12,7 @@ mod simplify;
 mod thicken;
 mod write;
 
-/// Shader text, to follow `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::WORDS` for
+/// Shader text, to follow `argil_abi::wgsl()`, the bindings that it names, and `argil_volume::wgsl::BRICK_CELLS` for
 /// bricks.
 pub mod wgsl {
     /// Marching cubes over the units of a dense volume.
@@ -34,9 +34,9 @@ pub mod wgsl {
         include_str!("marching/bricks.wgsl")
     );
     /// Moves vertices to the surface of a field.
-    pub const EXACT: &str = include_str!("exact.wgsl");
+    pub const PROJECT_TO_FIELD: &str = include_str!("project_to_field.wgsl");
     /// Gives each triangle its own vertices.
-    pub const UNSHARED: &str = include_str!("unshared.wgsl");
+    pub const UNINDEX: &str = include_str!("unindex.wgsl");
 }
 
 pub use mesh::Mesh;

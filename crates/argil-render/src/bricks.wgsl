@@ -3,7 +3,7 @@
 // GPU version of nudge_for in step.rs.
 fn nudge_for(u: vec3<f32>) -> f32 {
     let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
-    return select(0.0, NUDGE_PLACE * far * volume.voxel, HAS_LEVELS);
+    return select(0.0, NUDGE_POSITION * far * volume.voxel, HAS_LEVELS);
 }
 
 // The location of a point: its cell, the cell's word, and the position in the cell in voxels.
@@ -78,7 +78,7 @@ fn away(word: u32, inner: vec3<f32>) -> f32 {
 
 // GPU version of BrickSampler::add_ways_out: in a large empty cube, the distance is at least that to the cube's
 // sides plus the bound there.
-fn away_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
+fn empty_distance_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     if !HAS_LEVELS || slot >= FAR_SLOTS || slot < 2u {
         return plain;
     }
@@ -98,7 +98,7 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
     let index = word_index(vec3<i32>(cell));
     let at = Located(cell, inner_of(u, cell), word_at(index));
     if !is_brick(at.word) {
-        return away_in(index / 64u, u, away(at.word, at.inner), at.word);
+        return empty_distance_in(index / 64u, u, away(at.word, at.inner), at.word);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
     let length = max(abs(d) - 0.8660254 * volume.voxel, 0.0);
@@ -107,8 +107,8 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
 
 // GPU version of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
-    let widest = max(volume.range - BRICK_MARGIN_VOXELS * volume.voxel, 0.0);
-    return min(0.5 * frame.pixel * t, widest);
+    let max_stored = max(volume.range - BRICK_MARGIN_VOXELS * volume.voxel, 0.0);
+    return min(0.5 * frame.pixel * t, max_stored);
 }
 
 fn way_out(d: f32, f: f32) -> f32 {

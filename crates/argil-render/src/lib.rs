@@ -36,44 +36,44 @@ pub mod wgsl {
     pub const CAMERA: &str = include_str!("camera.wgsl");
     /// Marching through the field.
     pub const FIELD: &str = concat!(
-        include_str!("air.wgsl"),
-        include_str!("normal.wgsl"),
+        include_str!("field_lighting.wgsl"),
+        include_str!("field_normal.wgsl"),
         include_str!("trace.wgsl")
     );
     /// Marching through a dense volume.
     pub const DENSE: &str = concat!(
-        include_str!("air.wgsl"),
+        include_str!("field_lighting.wgsl"),
         include_str!("volume.wgsl"),
         include_str!("dense.wgsl")
     );
     /// Marching through an octree.
     pub const OCTREE: &str = concat!(
-        include_str!("air.wgsl"),
+        include_str!("field_lighting.wgsl"),
         include_str!("volume.wgsl"),
         include_str!("octree.wgsl")
     );
     /// Marching through sparse bricks.
     pub const BRICKS: &str = concat!(
-        include_str!("normal.wgsl"),
-        include_str!("exact.wgsl"),
+        include_str!("field_normal.wgsl"),
+        include_str!("brick_field_normals.wgsl"),
         include_str!("bricks.wgsl"),
-        include_str!("bricks/solve.wgsl"),
+        include_str!("bricks/voxel_intersect.wgsl"),
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light.wgsl"),
         include_str!("bricks/cones.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.
-    pub const DRAW: &str = include_str!("draw.wgsl");
+    pub const RASTER_DRAW: &str = include_str!("raster_draw.wgsl");
     /// Converts drawn triangles to hits.
-    pub const MESH: &str = concat!(
-        include_str!("air.wgsl"),
-        include_str!("normal.wgsl"),
-        include_str!("raster.wgsl")
+    pub const RASTER_HITS: &str = concat!(
+        include_str!("field_lighting.wgsl"),
+        include_str!("field_normal.wgsl"),
+        include_str!("raster_resolve.wgsl")
     );
     /// Normals and the ground.
-    pub const FINISH: &str = include_str!("finish.wgsl");
+    pub const RESOLVE_HITS: &str = include_str!("resolve_hits.wgsl");
     /// Converts colors to bytes, and counts, for a module of its own.
-    pub const RESOLVE: &str = include_str!("resolve.wgsl");
+    pub const RESOLVE_SAMPLES: &str = include_str!("resolve_samples.wgsl");
     /// Light and colors.
     pub const SHADE: &str = include_str!("shade.wgsl");
 }

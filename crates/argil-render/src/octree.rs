@@ -78,7 +78,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
         // The axis of the plane through which the ray entered the cell.
         let mut entered = 3;
         let mut hit = Hit::default();
-        let shows_boxes = matches!(frame.show, abi::SHOW_BRICKS | abi::SHOW_NODES);
+        let shows_boxes = matches!(frame.show, abi::MODE_BRICKS | abi::MODE_NODES);
         if near > 0.0 && !shows_boxes {
             // A solid that the box clips is hit at the clip, with or without a brick.
             hit.steps = 1;
@@ -100,7 +100,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
             if visit.brick.is_some() {
                 if shows_boxes {
                     let code = morton(cell.as_uvec3());
-                    let is_node = frame.show == abi::SHOW_NODES;
+                    let is_node = frame.show == abi::MODE_NODES;
                     hit.mark = 1 + if is_node { code >> 3 } else { code };
                     hit.kind = HIT_OUTSIDE;
                     hit.normal_t = side_normal(entered, step, -d, walk.t);

@@ -22,7 +22,7 @@ fn first_level(code: u32) -> u32 {
 
 fn find_brick(cell: vec3<u32>) -> Visit {
     let code = morton(cell);
-    let node_count = tree_words[TREE_NODES];
+    let node_count = tree_words[OCTREE_HEADER_NODES];
     if node_count == 0u {
         return Visit(false, 0u);
     }
@@ -43,7 +43,7 @@ fn find_brick(cell: vec3<u32>) -> Visit {
         }
         level--;
         let before = countOneBits(node.valid_mask & ((1u << bit) - 1u));
-        path_nodes[level] = tree_words[TREE_LEVELS + level] + node.child_offset + before;
+        path_nodes[level] = tree_words[OCTREE_HEADER_LEVELS + level] + node.child_offset + before;
     }
     // Unreachable: the loop descends to level 0 at most.
     return Visit(false, visited);
@@ -78,7 +78,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var cells = 0u;
     var mark = 0u;
     var normal = vec3(0.0);
-    let shows_boxes = frame.show == SHOW_BRICKS || frame.show == SHOW_NODES;
+    let shows_boxes = frame.show == MODE_BRICKS || frame.show == MODE_NODES;
     if span.x <= span.y && span.x > 0.0 && !shows_boxes {
         // A solid that the volume's box clips is hit at the box, with or without a brick.
         steps = 1u;
@@ -99,7 +99,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         if visit.is_brick {
             if shows_boxes {
                 let code = morton(vec3<u32>(cell));
-                mark = 1u + select(code, code >> 3u, frame.show == SHOW_NODES);
+                mark = 1u + select(code, code >> 3u, frame.show == MODE_NODES);
                 kind = HIT_OUTSIDE;
                 normal = -d;
                 if entered < 3u {

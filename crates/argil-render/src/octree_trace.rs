@@ -1,4 +1,4 @@
-//! Primary rays through a volume, one at a time. `finish.wgsl` is the twin of the shared part.
+//! Primary rays through a volume, one at a time. `resolve_hits.wgsl` is the twin of the shared part.
 
 use crate::camera::{bounds_of, primary_ray};
 use crate::tile::Tile;

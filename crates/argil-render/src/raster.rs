@@ -6,7 +6,7 @@
 //! Nothing is clipped: what is behind the eye has no position on the ray.
 //!
 //! *Practice.* Triangles are sorted into the tiles that their boxes touch, and a tile's pixels keep the nearest.
-//! `raster.wgsl` leaves that to the device, and gives the same normals and lengths within rounding.
+//! `raster_resolve.wgsl` leaves that to the device, and gives the same normals and lengths within rounding.
 
 use crate::camera::primary_ray;
 use crate::probe::FieldProbe;

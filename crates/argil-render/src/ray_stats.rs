@@ -25,7 +25,7 @@ pub struct RayStatistics {
 }
 
 impl RayStatistics {
-    /// Creates statistics from histograms, as `resolve.wgsl` counts them: first the steps of rays that looked up
+    /// Creates statistics from histograms, as `resolve_samples.wgsl` counts them: first the steps of rays that looked up
     /// only distances; then for the others their steps, samples, nodes and cells. Rays in none did nothing.
     pub fn of_histograms(
         pixels: u64,

@@ -219,12 +219,12 @@ fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
 
 fn mode_word(show: RenderMode) -> u32 {
     match show {
-        RenderMode::Shaded => abi::SHOW_SHADED,
-        RenderMode::Normal => abi::SHOW_NORMAL,
-        RenderMode::Depth => abi::SHOW_DEPTH,
-        RenderMode::Heat => abi::SHOW_HEAT,
-        RenderMode::Bricks => abi::SHOW_BRICKS,
-        RenderMode::Nodes => abi::SHOW_NODES,
+        RenderMode::Shaded => abi::MODE_SHADED,
+        RenderMode::Normal => abi::MODE_NORMAL,
+        RenderMode::Depth => abi::MODE_DEPTH,
+        RenderMode::Heat => abi::MODE_HEAT,
+        RenderMode::Bricks => abi::MODE_BRICKS,
+        RenderMode::Nodes => abi::MODE_NODES,
     }
 }
 

@@ -24,7 +24,7 @@ const OCCLUSION_TAPS: usize = argil_abi::OCCLUSION_TAPS as usize;
 const SUN_LIGHT: Vec3 = Vec3::from_array(argil_abi::SUN_LIGHT);
 const ZENITH: Vec3 = Vec3::from_array(argil_abi::ZENITH);
 const HORIZON: Vec3 = Vec3::from_array(argil_abi::HORIZON);
-const BELOW: Vec3 = Vec3::from_array(argil_abi::BELOW);
+const NADIR: Vec3 = Vec3::from_array(argil_abi::NADIR);
 const GROUND: GpuMaterial = GpuMaterial {
     base_roughness: [0.46, 0.45, 0.43, 0.9],
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
@@ -86,22 +86,22 @@ pub(crate) fn shade_tile(
     let TileScratch {
         points, shading, ..
     } = scratch;
-    if frame.show == abi::SHOW_SHADED {
+    if frame.show == abi::MODE_SHADED {
         shading.gather(frame, tile, probe, Sky(air), points, hits);
     }
     let mut next_lit = 0;
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
         let (x, y) = tile.pixel(i);
         let color = match frame.show {
-            abi::SHOW_NORMAL if hit.kind != abi::HIT_NONE => {
+            abi::MODE_NORMAL if hit.kind != abi::HIT_NONE => {
                 vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5
             }
-            abi::SHOW_DEPTH if hit.kind != abi::HIT_NONE => {
+            abi::MODE_DEPTH if hit.kind != abi::HIT_NONE => {
                 Vec3::splat(depth(frame, hit.normal_t[3]))
             }
-            abi::SHOW_HEAT => heat(hit.steps),
-            abi::SHOW_BRICKS | abi::SHOW_NODES if hit.mark != 0 => id_color(hit),
-            abi::SHOW_SHADED => {
+            abi::MODE_HEAT => heat(hit.steps),
+            abi::MODE_BRICKS | abi::MODE_NODES if hit.mark != 0 => id_color(hit),
+            abi::MODE_SHADED => {
                 let ray = primary_ray(frame, x, y);
                 let light = if hit.kind == abi::HIT_NONE {
                     sky(frame, ray.direction)
@@ -316,7 +316,7 @@ fn ambient_occlusion(frame: &FrameUniform, p: Vec3, n: Vec3, taps: &[f32], far: 
 fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let up = direction.y;
     let above = HORIZON.lerp(ZENITH, up.max(0.0).sqrt());
-    let below = HORIZON.lerp(BELOW, (-up * 4.0).clamp(0.0, 1.0));
+    let below = HORIZON.lerp(NADIR, (-up * 4.0).clamp(0.0, 1.0));
     let base = if up >= 0.0 { above } else { below };
     // With a ground, only haze is visible below the horizon.
     let hazy = if frame.has_ground != 0 && up < 0.0 {
@@ -367,7 +367,7 @@ fn shade_surface(
         * (lit_height * share * std::f32::consts::FRAC_PI_2);
 
     // The sky: its mean over the normal's half space for the body, and along the reflection for the mirror.
-    let around = BELOW.lerp(ZENITH.lerp(HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let around = NADIR.lerp(ZENITH.lerp(HORIZON, 0.5), 0.5 + 0.5 * n.y);
     let reflected = ray.direction - n * (2.0 * ray.direction.dot(n));
     let gloss = 1.0 - roughness;
     let environment = around.lerp(sky(frame, reflected), gloss * gloss);

@@ -15,7 +15,7 @@ fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
     var weight = 1.0;
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
         let height = tap_height(tap);
-        var d = air_distance(p + n * height);
+        var d = light_distance(p + n * height);
         if frame.has_ground != 0u {
             d = min(d, p.y + n.y * height - frame.ground_y);
         }
@@ -50,7 +50,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         if t < 0.0 {
             break;
         }
-        let d = air_distance(ray.origin + ray.direction * t);
+        let d = light_distance(ray.origin + ray.direction * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
         share = min(share, own);
         t += max(d * frame.inv_lipschitz, 2.0 * epsilon);
@@ -65,13 +65,13 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
 fn sky(direction: vec3<f32>) -> vec3<f32> {
     let up = direction.y;
     let above = mix(HORIZON, ZENITH, sqrt(max(up, 0.0)));
-    let below = mix(HORIZON, BELOW, clamp(-up * 4.0, 0.0, 1.0));
+    let below = mix(HORIZON, NADIR, clamp(-up * 4.0, 0.0, 1.0));
     let base = select(below, above, up >= 0.0);
-    let hazy = select(base, HORIZON, frame.has_ground != 0u && up < 0.0);
+    let below_horizon = select(base, HORIZON, frame.has_ground != 0u && up < 0.0);
     let glow = max(dot(direction, frame.sun), 0.0);
     let glow2 = glow * glow;
     let glow8 = glow2 * glow2 * glow2 * glow2;
-    return hazy + vec3(0.25, 0.18, 0.08) * (glow8 * glow8);
+    return below_horizon + vec3(0.25, 0.18, 0.08) * (glow8 * glow8);
 }
 
 fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
@@ -109,7 +109,7 @@ fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec
     let direct = (body / PI + fresnel * (lobe * visibility)) * SUN_LIGHT * (lit_height * share * (PI * 0.5));
 
     // The sky.
-    let around = mix(BELOW, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let around = mix(NADIR, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
     let reflected = ray.direction - n * (2.0 * dot(ray.direction, n));
     let gloss = 1.0 - roughness;
     let environment = mix(around, sky(reflected), gloss * gloss);
@@ -195,18 +195,18 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
     let hit = hits[at];
     var color = vec3(0.0);
     switch frame.show {
-        case SHOW_NORMAL: {
+        case MODE_NORMAL: {
             if hit.kind != HIT_NONE {
                 color = hit.normal_t.xyz * 0.5 + 0.5;
             }
         }
-        case SHOW_DEPTH: {
+        case MODE_DEPTH: {
             if hit.kind != HIT_NONE {
                 let range = max(frame.depth_far - frame.depth_near, 1e-6);
                 color = vec3(clamp(1.0 - (hit.normal_t.w - frame.depth_near) / range, 0.0, 1.0));
             }
         }
-        case SHOW_BRICKS, SHOW_NODES: {
+        case MODE_BRICKS, MODE_NODES: {
             if hit.mark != 0u {
                 color = marked(hit);
             }

@@ -20,7 +20,7 @@ pub trait RenderSource: Sync {
 pub trait RayTracer: Sync {
     /// Whether an image evaluates the field. With many operands, the program near each point is prepared for it.
     fn asks_field(&self, show: u32) -> bool {
-        show == abi::SHOW_SHADED
+        show == abi::MODE_SHADED
     }
 
     /// Traces the primary ray of each pixel of a tile into `out`, row by row.

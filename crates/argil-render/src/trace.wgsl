@@ -19,7 +19,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var t = span.x;
     var side = 0.0;
     var steps = 0u;
-    var kind = select(HIT_NONE, HIT_UNDER_WAY, span.x <= span.y);
+    var kind = select(HIT_NONE, HIT_PENDING, span.x <= span.y);
     if frame.first_step > 0u {
         let hit = hits[at];
         t = hit.normal_t.w;
@@ -28,7 +28,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         kind = hit.kind;
     }
     for (var i = 0u; i < frame.step_count; i++) {
-        if kind != HIT_UNDER_WAY {
+        if kind != HIT_PENDING {
             break;
         }
         let d = field_distance(ray.origin + ray.direction * t);

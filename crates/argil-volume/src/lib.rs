@@ -40,28 +40,28 @@ pub use voxel_grid::{
 /// The WGSL twins of the passes that build a volume.
 pub mod wgsl {
     /// Samples a level of a texture: `fill_naive` and `fill_tiled`.
-    pub const FILL: &str = include_str!("fill.wgsl");
+    pub const BAKE_LEVEL: &str = include_str!("fill.wgsl");
     /// Selects bricks of an octree: `select_bits` and `select_list`.
-    pub const SELECT: &str = include_str!("octree/select.wgsl");
+    pub const OCTREE_SELECT: &str = include_str!("octree/select.wgsl");
     /// Lists bricks in ascending order (`compact`, `rank`), and builds the tree above them (`build`).
-    pub const TREE: &str = concat!(
+    pub const OCTREE_BUILD: &str = concat!(
         include_str!("octree/sort.wgsl"),
         include_str!("octree/tree.wgsl")
     );
     /// Decodes the cells of sparse bricks.
-    pub const WORDS: &str = include_str!("bricks/words.wgsl");
+    pub const BRICK_CELLS: &str = include_str!("bricks/cell.wgsl");
     /// Reads the materials of sparse bricks.
-    pub const MATERIAL: &str = include_str!("bricks/material.wgsl");
+    pub const BRICK_MATERIALS: &str = include_str!("bricks/material.wgsl");
     /// Builds sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
-    pub const SPARSE: &str = concat!(
+    pub const BRICK_BUILD: &str = concat!(
         include_str!("bricks/build.wgsl"),
         include_str!("bricks/measure.wgsl"),
         include_str!("bricks/fill.wgsl"),
-        include_str!("bricks/looks.wgsl"),
-        include_str!("bricks/settle.wgsl")
+        include_str!("bricks/material_bake.wgsl"),
+        include_str!("bricks/release.wgsl")
     );
     /// Moves sparse bricks to another pool: `repack`.
-    pub const REPACK: &str = include_str!("bricks/repack.wgsl");
+    pub const BRICK_REPACK: &str = include_str!("bricks/repack.wgsl");
     /// Fills an octree's bricks and vacant cells: `fill_bricks` and `fill_vacant`.
-    pub const BRICKS: &str = include_str!("octree/fill.wgsl");
+    pub const OCTREE_FILL: &str = include_str!("octree/fill.wgsl");
 }

@@ -182,7 +182,7 @@ impl<'a> BrickBuilder<'a> {
     /// Returns how many bricks the build needed, and how many of them are mixed.
     pub(super) async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
         self.ledger.wait_for_counters(self.field.gpu()).await?;
-        let counters = [abi::COUNTER_TOP, abi::COUNTER_TOP_MIXED];
+        let counters = [abi::COUNTER_HIGH_WATER, abi::COUNTER_HIGH_WATER_MIXED];
         Ok(counters.map(|counter| self.ledger.known.get(counter)))
     }
 

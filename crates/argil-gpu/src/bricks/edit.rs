@@ -197,7 +197,7 @@ impl EditRun<'_> {
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
                 let counted = PruneUniform {
-                    make: abi::MAKE_NONE,
+                    make: abi::BUILD_COUNT_ONLY,
                     ..prune
                 };
                 self.encode(tables, &body.texture, making, blocks, counted)

@@ -48,8 +48,8 @@ pub(crate) struct BrickPasses {
     plan: wgpu::ComputePipeline,
     fill_bricks: wgpu::ComputePipeline,
     fill_materials: wgpu::ComputePipeline,
-    settle: wgpu::ComputePipeline,
-    give_back: wgpu::ComputePipeline,
+    mark_empty_blocks: wgpu::ComputePipeline,
+    release_freed: wgpu::ComputePipeline,
     /// Moves bricks from one pool to another.
     pub(super) repack: RepackPass,
 }
@@ -72,10 +72,10 @@ impl BrickPasses {
             &crate::dense::target_wgsl(gpu.texels(bits)),
             BINDS_WGSL,
             &field.opcodes.pruning_wgsl(),
-            wgsl::FILL,
-            wgsl::WORDS,
-            wgsl::MATERIAL,
-            wgsl::SPARSE,
+            wgsl::BAKE_LEVEL,
+            wgsl::BRICK_CELLS,
+            wgsl::BRICK_MATERIALS,
+            wgsl::BRICK_BUILD,
         ]
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
@@ -97,16 +97,16 @@ impl BrickPasses {
             "measure",
             "fill_bricks",
             "fill_materials",
-            "settle",
-            "give_back",
+            "mark_empty_blocks",
+            "release_freed",
         ];
         let [
             begin_lists,
             measure,
             fill_bricks,
             fill_materials,
-            settle,
-            give_back,
+            mark_empty_blocks,
+            release_freed,
         ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
         let marking = [constants[0], ("MARKING", 1.0)];
         let [prune_cells] = pipelines(gpu, source.clone(), &layout, &marking, ["prune_cells"])?;
@@ -127,8 +127,8 @@ impl BrickPasses {
             plan,
             fill_bricks,
             fill_materials,
-            settle,
-            give_back,
+            mark_empty_blocks,
+            release_freed,
             repack: RepackPass::new(gpu, bits)?,
         })
     }
@@ -250,7 +250,7 @@ pub(super) async fn encode_build(
         .await?;
     bake.pass("measure", &passes.measure, &bind_group, rows(last.count))
         .await?;
-    if last.make == abi::MAKE_NONE {
+    if last.make == abi::BUILD_COUNT_ONLY {
         return Ok(());
     }
     let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
@@ -286,10 +286,10 @@ pub(super) async fn encode_build(
         }
     }
     let groups = rows(last.count.div_ceil(64));
-    bake.pass("settle", &passes.settle, &bind_group, groups)
+    bake.pass("settle", &passes.mark_empty_blocks, &bind_group, groups)
         .await?;
     let groups = DispatchSize::Direct([1, 1, 1]);
-    bake.pass("settle", &passes.give_back, &bind_group, groups)
+    bake.pass("settle", &passes.release_freed, &bind_group, groups)
         .await?;
     Ok(())
 }

@@ -26,13 +26,13 @@ impl BrickCounts {
 
     /// Returns the number of bricks.
     pub(super) fn bricks(&self) -> u64 {
-        self.get(abi::COUNTER_TOP)
+        self.get(abi::COUNTER_HIGH_WATER)
             .saturating_sub(self.get(abi::COUNTER_FREE))
     }
 
     /// Returns the number of mixed bricks.
     pub(super) fn mixed(&self) -> u64 {
-        self.get(abi::COUNTER_TOP_MIXED)
+        self.get(abi::COUNTER_HIGH_WATER_MIXED)
             .saturating_sub(self.get(abi::COUNTER_FREE_MIXED))
     }
 
@@ -77,8 +77,8 @@ impl PoolAccounting {
     /// Creates the counters of a pool with these numbers of bricks and mixed bricks, all in use.
     pub(super) fn new(gpu: &Gpu, bricks: u64, mixed: u64) -> Result<Self, GpuError> {
         let mut known = BrickCounts::default();
-        known.0[abi::COUNTER_TOP as usize] = bricks as u32;
-        known.0[abi::COUNTER_TOP_MIXED as usize] = mixed as u32;
+        known.0[abi::COUNTER_HIGH_WATER as usize] = bricks as u32;
+        known.0[abi::COUNTER_HIGH_WATER_MIXED as usize] = mixed as u32;
         let mut counters = StorageBuffer::new("counters");
         // No larger: a buffer with a stack is longer.
         counters.reserve_exact(gpu, size_of_val(&known.0) as u64)?;

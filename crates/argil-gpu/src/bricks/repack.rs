@@ -39,8 +39,8 @@ impl RepackPass {
             &argil_abi::wgsl(),
             BINDS_WGSL,
             &target,
-            wgsl::WORDS,
-            wgsl::REPACK,
+            wgsl::BRICK_CELLS,
+            wgsl::BRICK_REPACK,
         ]
         .concat();
         let binds = [

@@ -116,7 +116,7 @@ impl<'a> OctreeBuilder<'a> {
             .map(|level| capacity.min(1 << (3 * (measures.depth - 1 - level))))
             .sum();
         let mut tables = OctreeTables::new(measures);
-        let bytes = 4 * u64::from(abi::TREE_WORDS);
+        let bytes = 4 * u64::from(abi::OCTREE_HEADER_WORDS);
         tables.words.reserve_exact(gpu, bytes)?;
         tables.keys.reserve_exact(gpu, 4 * (capacity + nodes))?;
         let bytes = size_of::<Node>() as u64 * nodes;
@@ -260,7 +260,7 @@ fn select_passes(gpu: &Gpu, field: &GpuProgram) -> Result<OctreePasses<2>, GpuEr
         SELECT_BINDS_WGSL,
         field.field_wgsl(),
         argil_math::morton_wgsl(),
-        wgsl::SELECT,
+        wgsl::OCTREE_SELECT,
     ]
     .concat();
     let mut binds = FIELD_BINDS.to_vec();
@@ -276,7 +276,7 @@ fn select_passes(gpu: &Gpu, field: &GpuProgram) -> Result<OctreePasses<2>, GpuEr
 }
 
 fn tree_passes(gpu: &Gpu) -> Result<OctreePasses<3>, GpuError> {
-    let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::TREE].concat();
+    let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::OCTREE_BUILD].concat();
     let binds = [
         Bind::Uniform(VOLUME),
         Bind::Write(NODES),
@@ -303,8 +303,8 @@ fn bricks_passes(
         BRICKS_BINDS_WGSL,
         field.field_wgsl(),
         argil_math::morton_wgsl(),
-        wgsl::FILL,
-        wgsl::BRICKS,
+        wgsl::BAKE_LEVEL,
+        wgsl::OCTREE_FILL,
     ]
     .concat();
     let mut binds = FIELD_BINDS.to_vec();

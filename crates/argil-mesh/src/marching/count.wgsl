@@ -21,14 +21,14 @@ fn scanned(own: vec3<u32>, local: u32) -> vec3<u32> {
 @compute @workgroup_size(GROUP)
 fn count_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
-    let is_there = is_unit(unit);
-    if is_there {
+    let exists = is_unit(unit);
+    if exists {
         load(unit, local);
     }
     workgroupBarrier();
     var vertices = 0u;
     var triangles_here = 0u;
-    if is_there {
+    if exists {
         let last = last_of(unit);
         for (var row = local; row < row_count(); row += GROUP) {
             for (var axis = 0u; axis < 3u; axis++) {
@@ -50,7 +50,7 @@ fn count_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
 @compute @workgroup_size(GROUP)
 fn add_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let group = group_index(id, count);
-    let first = group * UNITS_A_GROUP + local * 4u;
+    let first = group * UNITS_PER_GROUP + local * 4u;
     let end = min(first + 4u, marching.units);
     var own = vec3(0u);
     for (var unit = first; unit < end; unit++) {

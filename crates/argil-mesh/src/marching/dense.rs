@@ -395,7 +395,7 @@ impl<'a, T: Sample> GridField<'a, T> {
 
 /// Minimum distance of a vertex from a sample, as a fraction of its edge, so that vertices around a sample on the
 /// surface stay apart, and every triangle has an area.
-const NEAREST: f32 = argil_abi::NEAREST_ON_EDGE;
+const NEAREST: f32 = argil_abi::MIN_EDGE_FRACTION;
 
 /// Returns where between two samples the value is reached, from 0 to 1.
 #[inline]

@@ -8,7 +8,7 @@ fn is_unit(unit: u32) -> bool {
     return unit < marching.units;
 }
 
-fn unit_place(unit: u32) -> vec3<u32> {
+fn unit_position(unit: u32) -> vec3<u32> {
     let grid = grid_of();
     return vec3(unit % grid.x, unit / grid.x % grid.y, unit / grid.x / grid.y);
 }
@@ -16,12 +16,12 @@ fn unit_place(unit: u32) -> vec3<u32> {
 // Returns the unit at an offset, or the unit itself if there is none.
 fn unit_beside(unit: u32, way: vec3<u32>) -> u32 {
     let grid = grid_of();
-    let place = unit_place(unit) + way;
+    let place = unit_position(unit) + way;
     return select(unit, place.x + grid.x * (place.y + grid.y * place.z), all(place < grid));
 }
 
 fn texel_of(unit: u32) -> vec3<u32> {
-    return unit_place(unit) * marching.side;
+    return unit_position(unit) * marching.side;
 }
 
 // Returns the first sample of a unit, relative to the volume's first.

@@ -1,7 +1,7 @@
 // Each unit writes its vertices and triangles.
 
 // GPU version of table::corners: where an edge of a cell begins.
-fn edge_place(edge: u32) -> vec3<u32> {
+fn edge_position(edge: u32) -> vec3<u32> {
     let low = edge & 1u;
     let high = (edge >> 1u) & 1u;
     if edge < 4u {
@@ -17,8 +17,8 @@ fn edge_place(edge: u32) -> vec3<u32> {
 fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
     // All vertices of a unit's triangles can belong to its neighbors.
-    let is_there = is_unit(unit);
-    if is_there {
+    let exists = is_unit(unit);
+    if exists {
         load(unit, local);
     }
     workgroupBarrier();
@@ -28,7 +28,7 @@ fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: ve
     let begin = local * each;
     let end = min(begin + each, side * side);
     var own = 0u;
-    if is_there {
+    if exists {
         for (var nth = begin; nth < end; nth++) {
             own += triangles_in(cell_row(nth), last);
         }
@@ -61,7 +61,7 @@ fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: ve
                 let words = case_of(row, x);
                 for (var i = 0u; i < 3u * triangle_count(words); i++) {
                     let edge = case_edge(words, i);
-                    let place = vec3(x, row % points(), row / points()) + edge_place(edge);
+                    let place = vec3(x, row % points(), row / points()) + edge_position(edge);
                     triangles[at] = vertex_on(unit, edge / 4u, place);
                     at += 1u;
                 }

@@ -3,16 +3,16 @@
 // Returns the first vertex and triangle of a unit, and the index of its rows.
 fn first_of(unit: u32) -> vec3<u32> {
     let own = units[unit];
-    return vec3(own.vertices, own.triangles, own.place) + groups[unit / UNITS_A_GROUP].xyz;
+    return vec3(own.vertices, own.triangles, own.place) + groups[unit / UNITS_PER_GROUP].xyz;
 }
 
 // Records, for each row of a unit with vertices, which edges along x, y and z have one, and how many vertices
 // precede the row.
 @compute @workgroup_size(GROUP)
-fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn assign_row_offsets(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let unit = min(group_index(id, count), marching.units - 1u);
-    let is_there = units[unit].spare != 0u;
-    if is_there {
+    let exists = units[unit].spare != 0u;
+    if exists {
         load(unit, local);
     }
     workgroupBarrier();
@@ -21,7 +21,7 @@ fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) cou
     let first = local * each;
     let end = min(first + each, row_count());
     var own = 0u;
-    if is_there {
+    if exists {
         for (var row = first; row < end; row++) {
             for (var axis = 0u; axis < 3u; axis++) {
                 own += countOneBits(owned(unit, axis, row, crossed(axis, row, last)));
@@ -29,7 +29,7 @@ fn place_rows(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) cou
         }
     }
     var before = scanned(vec3(own, 0u, 0u), local).x;
-    if is_there {
+    if exists {
         let begin = first_of(unit).z * row_count();
         for (var row = first; row < end; row++) {
             let x = owned(unit, 0u, row, crossed(0u, row, last));
@@ -69,7 +69,7 @@ fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     after[axis] += 1u;
     let a = stored_at(unit, place);
     let b = stored_at(unit, after);
-    let t = clamp((marching.iso - a) / (b - a), NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE);
+    let t = clamp((marching.iso - a) / (b - a), MIN_EDGE_FRACTION, 1.0 - MIN_EDGE_FRACTION);
     var voxels = origin_of(unit) + vec3<f32>(place);
     voxels[axis] += t;
     let position = marching.first_voxel.xyz + marching.first_voxel.w * voxels;

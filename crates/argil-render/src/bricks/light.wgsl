@@ -9,7 +9,7 @@ fn at_center(cell: vec3<i32>) -> f32 {
 }
 
 // GPU version of BrickSampler::estimates: the best known distance at a point in the air.
-fn air_distance(p: vec3<f32>) -> f32 {
+fn light_distance(p: vec3<f32>) -> f32 {
     let own = in_voxels(p);
     let u = held_voxels(own);
     let beside = distance(own, u) * volume.voxel;
@@ -66,7 +66,7 @@ fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
         let word = volume.capacity + 2u * (block + index.x + MATERIAL_SIDE * (index.y + MATERIAL_SIDE * index.z));
         let found = unpack_material(vec2(brick_materials[word], brick_materials[word + 1u]));
         let weights = select(1.0 - share, share, far != vec3(0u));
-        let weight = weights.x * weights.y * weights.z * (LEAST_WEIGHT + beside * beside);
+        let weight = weights.x * weights.y * weights.z * (MIN_WEIGHT + beside * beside);
         sum += weight;
         total.base_roughness += weight * found.base_roughness;
         total.emission_metallic += weight * found.emission_metallic;

@@ -23,16 +23,16 @@ pub(super) const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel advances by this many voxels, and by a fraction of its length, to be inside
 /// the next.
 pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
-pub(super) const NUDGE_SHARE: f32 = argil_abi::NUDGE_SHARE;
+pub(super) const NUDGE_RELATIVE: f32 = argil_abi::NUDGE_RELATIVE;
 
 /// And by a fraction of its position in voxels, in a world so wide that rounding exceeds that.
-const NUDGE_PLACE: f32 = argil_abi::NUDGE_PLACE;
+const NUDGE_POSITION: f32 = argil_abi::NUDGE_POSITION;
 
 /// Returns how far beyond a voxel a ray must advance, given the rounding of its position.
 #[inline(always)]
 pub(super) fn nudge_for(place: [f32; 3], voxel: f32) -> f32 {
     let [x, y, z] = place.map(f32::abs);
-    NUDGE_PLACE * high(x, high(y, z)) * voxel
+    NUDGE_POSITION * high(x, high(y, z)) * voxel
 }
 
 /// The result of a step for a batch, 1 for each ray.
@@ -209,7 +209,7 @@ fn step<T: Texel>(
     for i in 0..n {
         let g = gap[i] * side[i];
         let in_brick = is_brick(at.word[i]);
-        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t[i] + rounding[i];
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i] + rounding[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
         // The spheres no longer touch: return to the end of the last one.

@@ -20,38 +20,38 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let brick = f32(volume.brick);
     let held = held_box();
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
-    let per_way = voxel / d;
+    let inv_direction = voxel / d;
     // A ray's position in voxels at length t is u_begin + u_way · t.
     let u_begin = in_voxels(ray.origin);
-    let u_way = ray.direction * (1.0 / voxel);
+    let u_direction = ray.direction * (1.0 / voxel);
     var t = max(span.x, begin);
     var side = 0.0;
     var kind = HIT_NONE;
     var samples = 0u;
-    var looked_up = 0u;
+    var lookups = 0u;
     var last_index = 0xffffffffu;
-    var is_there = true;
+    var exists = true;
     // Alternate between marching to the surface and solving there: on some devices, code in a branch costs time in
     // every step.
-    while is_there {
+    while exists {
         var near = false;
         var over = 0.0;
         var last_gap = 0.0;
-        var last_way = 0.0;
+        var last_step = 0.0;
         var inner = vec3(0.0);
         var origin = vec3(0.0);
         var g = 0.0;
         loop {
-            if t > span.y || samples + looked_up >= frame.max_steps {
-                is_there = false;
+            if t > span.y || samples + lookups >= frame.max_steps {
+                exists = false;
                 break;
             }
-            let u = u_begin + u_way * t;
+            let u = u_begin + u_direction * t;
             let cell = cell_of_held(clamp(u, held.begin, held.end), held);
             let index = word_index(vec3<i32>(cell));
             let word = word_at(index);
             let in_brick = is_brick(word);
-            looked_up += u32(index != last_index);
+            lookups += u32(index != last_index);
             last_index = index;
             samples += u32(in_brick);
             inner = clamp(u - cell * brick, vec3(0.0), vec3(brick));
@@ -66,43 +66,43 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
             if !in_brick && !too_far && g < 0.0 {
                 kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
-                is_there = false;
+                exists = false;
             }
-            if near || !is_there {
+            if near || !exists {
                 break;
             }
             // Leave an empty cell, block, or larger empty cube. Slots without a block are those of empty cubes.
             let is_cube = HAS_LEVELS && index < FAR_SLOTS * 64u;
-            let edge = select(1.0, f32(far_cells(select(0u, index / 64u, is_cube))), is_cube || is_lonely(word));
+            let edge = select(1.0, f32(far_cells(select(0u, index / 64u, is_cube))), is_cube || is_block_empty(word));
             let first = floor(cell * (1.0 / edge)) * edge;
             let ahead = select(first, first + edge, d > vec3(0.0));
-            let ways = (ahead * brick - u) * per_way;
-            let leave = min(ways.x, min(ways.y, ways.z)) + NUDGE_VOXELS * voxel + NUDGE_SHARE * t + nudge_for(u);
+            let exits = (ahead * brick - u) * inv_direction;
+            let leave = min(exits.x, min(exits.y, exits.z)) + NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + nudge_for(u);
             // Along a plane, spheres still touch with this much more than their radius between their centers.
             let fell = max(last_gap - g, 0.0);
-            let sum = last_way + fell;
-            let share = max((last_way - fell) / select(1.0, sum, sum > 0.0), 0.0);
+            let sum = last_step + fell;
+            let share = max((last_step - fell) / select(1.0, sum, sum > 0.0), 0.0);
             let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
             let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
             t += select(way, -over, too_far);
             last_gap = g;
-            last_way = select(0.0, way, in_brick && !too_far);
+            last_step = select(0.0, way, in_brick && !too_far);
             over = beyond;
             // Beyond the end of the ray, advance only as far as is known to be free.
             let pull = clamp(t - span.y, 0.0, over);
             t -= pull;
             over -= pull;
-            last_way = max(last_way - pull, 0.0);
+            last_step = max(last_step - pull, 0.0);
         }
         if !near {
             break;
         }
         samples++;
-        let solved = solve(ray, t, side, g, origin, inner);
-        t = solved.t;
-        if solved.is_hit {
+        let intersection = intersect_voxel(ray, t, side, g, origin, inner);
+        t = intersection.t;
+        if intersection.is_hit {
             kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
-            is_there = false;
+            exists = false;
         }
     }
     var normal = brick_normal(ray.origin + ray.direction * t, select(1.0, -1.0, kind == HIT_INSIDE));
@@ -115,5 +115,5 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         t = 0.0;
     }
     let mark = select(last_index + 1u, 0u, kind == HIT_NONE);
-    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + looked_up + own_steps, 1.0, 0.0, 0u, looked_up, mark, 0u);
+    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, mark, 0u);
 }

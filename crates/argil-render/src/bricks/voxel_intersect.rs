@@ -5,7 +5,7 @@
     reason = "a lane has its place in many arrays"
 )]
 
-use super::step::{NUDGE_SHARE, NUDGE_VOXELS, high, low, tiny};
+use super::step::{NUDGE_RELATIVE, NUDGE_VOXELS, high, low, tiny};
 use argil_abi::{self as abi, FrameUniform};
 use argil_field::LANES;
 use argil_volume::{BrickSampler, CellLocations, NeighborPlanes, Texel, VoxelSamples};
@@ -126,7 +126,7 @@ fn roots<T: Texel>(
         } else {
             0.0
         };
-        let nudge = NUDGE_VOXELS * voxel + NUDGE_SHARE * t + rounding;
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + rounding;
         lanes.t[i] = if hit {
             t + s * leave
         } else {

@@ -5,7 +5,9 @@ use super::material::{PLACES, packed};
 use super::octants::{OCTANTS, place_of};
 use crate::Texel;
 use crate::encoding::encode;
-use argil_abi::{BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_SIDE, MATERIAL_TOLD};
+use argil_abi::{
+    BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_OWN_RATIO, MATERIAL_SIDE,
+};
 use argil_field::{Evaluator, FAR, HardUnionBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
@@ -245,7 +247,7 @@ impl<'a> BrickBaker<'a> {
         }
         // Neighbors often have the same material. Programs do not give distances that are too far to be looked
         // at.
-        let far = MATERIAL_TOLD * reach;
+        let far = MATERIAL_OWN_RATIO * reach;
         let (mut last, mut word) = (&found[0], packed(&found[0]));
         mixed.extend(found.iter().zip(&d).map(|(m, d)| {
             if m != last {

@@ -57,13 +57,13 @@ fn group_index(id: vec3<u32>, count: vec3<u32>) -> u32 {
     return id.x + count.x * id.y;
 }
 
-fn stretch_at(at: u32) -> vec2<u32> {
+fn list_range_at(at: u32) -> vec2<u32> {
     return vec2(lists[at], lists[at + 1u]);
 }
 
-fn keep_stretch(at: u32, stretch: vec2<u32>) {
-    lists[at] = stretch.x;
-    lists[at + 1u] = stretch.y;
+fn store_list_range(at: u32, list_range: vec2<u32>) {
+    lists[at] = list_range.x;
+    lists[at + 1u] = list_range.y;
 }
 
 // Returns the slot of the nth block.
@@ -77,16 +77,16 @@ fn near_cell(nth: u32) -> vec2<u32> {
 }
 
 // Returns the index of a cell's word.
-fn place_of(measured: u32) -> u32 {
+fn cell_index_of(measured: u32) -> u32 {
     return block_of(measured / 64u) * 64u + measured % 64u;
 }
 
 // Returns the nth list.
-fn stretch_of(nth: u32) -> vec2<u32> {
+fn list_range_of(nth: u32) -> vec2<u32> {
     if nth < prune.cells_room {
-        return stretch_at(prune.cells_first + 2u * nth);
+        return list_range_at(prune.cells_first + 2u * nth);
     }
-    return stretch_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
+    return list_range_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
 }
 
 // Takes a slot of the pool, or of the materials of mixed bricks. Free slots come first.
@@ -96,7 +96,7 @@ fn take_brick() -> u32 {
     if nth < free {
         return atomicLoad(&counters[COUNTERS + free - 1u - nth]);
     }
-    return atomicLoad(&counters[COUNTER_TOP]) + nth - free;
+    return atomicLoad(&counters[COUNTER_HIGH_WATER]) + nth - free;
 }
 
 fn take_mixed() -> u32 {
@@ -105,7 +105,7 @@ fn take_mixed() -> u32 {
     if nth < free {
         return atomicLoad(&counters[COUNTERS + volume.capacity + free - 1u - nth]);
     }
-    return atomicLoad(&counters[COUNTER_TOP_MIXED]) + nth - free;
+    return atomicLoad(&counters[COUNTER_HIGH_WATER_MIXED]) + nth - free;
 }
 
 // They return to the pool when all bricks are built.

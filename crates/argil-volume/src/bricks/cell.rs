@@ -1,11 +1,11 @@
-//! The meaning of a cell's word. `bricks/words.wgsl` is the twin.
+//! The meaning of a cell's word. `bricks/cell.wgsl` is the twin.
 
 use glam::IVec3;
 
 /// The top bit of a word without a brick.
 const EMPTY: u32 = argil_abi::WORD_EMPTY;
 /// Set in such a word if its whole block has no brick.
-const BLOCK_EMPTY: u32 = argil_abi::WORD_LONELY;
+const BLOCK_EMPTY: u32 = argil_abi::WORD_BLOCK_EMPTY;
 
 /// The contents of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-// GPU version of filler.rs: samples bricks.
+// GPU version of brick_baker.rs: samples bricks.
 
 // Samples that a thread keeps until the group decides whether the brick is needed.
 var<private> own: array<f32, 20>;
@@ -13,8 +13,8 @@ fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let near = near_cell(fill.first_layer + id.x);
-    let at = place_of(near.x);
-    list = stretch_of(fill.first_layer + id.x);
+    let at = cell_index_of(near.x);
+    list = list_range_of(fill.first_layer + id.x);
     let cell = cell_at(at);
     let side = volume.brick + 1u;
     let samples = side * side * side;
@@ -36,10 +36,10 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         let bits = atomicLoad(&nearest);
         let least = bitcast<f32>((bits >> 1u) | (bits << 31u));
         slot = 0xffffffffu;
-        let had_one = is_brick(near.y);
+        let had_brick = is_brick(near.y);
         if !is_clear(least, bounds_of(near.x / 64u), volume.half_diagonal) {
             atomicAdd(&counters[COUNTER_FILLED], 1u);
-            if had_one {
+            if had_brick {
                 slot = brick_number(near.y);
             } else {
                 slot = take_brick();
@@ -48,7 +48,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
             if slot < volume.capacity {
                 cells[volume.table.words_at + at] = brick_word(slot);
             }
-        } else if had_one {
+        } else if had_brick {
             free_brick(near.y);
         }
     }

@@ -13,7 +13,7 @@ use glam::{UVec3, Vec3};
 pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
 
 /// The weight of a point on another surface, relative to 1.
-const LEAST_WEIGHT: f32 = argil_abi::LEAST_WEIGHT;
+const MIN_WEIGHT: f32 = argil_abi::MIN_WEIGHT;
 
 /// Returns the sample at the nth point along a brick's side.
 pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
@@ -100,7 +100,7 @@ impl Bricks {
             let d = self.stored(word, sample) * range;
             let from_plane = (sample.as_vec3() - inner).dot(outwards);
             let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
-            let weight = of(0) * of(1) * of(2) * (LEAST_WEIGHT + beside * beside);
+            let weight = of(0) * of(1) * of(2) * (MIN_WEIGHT + beside * beside);
             sum += weight;
             for k in 0..4 {
                 total.base_roughness[k] += weight * own.base_roughness[k];

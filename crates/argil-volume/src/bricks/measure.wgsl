@@ -9,9 +9,9 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     }
     let measured = near_cell(nth).x;
     let block = measured / 64u;
-    let whole = stretch_at(prune.blocks_first + 2u * block);
+    let whole = list_range_at(prune.blocks_first + 2u * block);
     let jump = bounds_of(block).list_jump;
-    keep_stretch(prune.cells_first + 2u * nth, pruned_in(cell_at(place_of(measured)), 1u, whole, jump));
+    store_list_range(prune.cells_first + 2u * nth, pruned_in(cell_at(cell_index_of(measured)), 1u, whole, jump));
 }
 
 // GPU version of is_clear_in_parts: whether no part of a cell contains a surface, by the list.
@@ -41,7 +41,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         cells[at] = empty_word(0.0);
         return;
     }
-    list = stretch_at(prune.blocks_first + 2u * nth);
+    list = list_range_at(prune.blocks_first + 2u * nth);
     let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
     // If the brick of a cell near the surface is dropped, this word remains.
     let bounds = bounds_of(nth);
@@ -53,12 +53,12 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
         // Nothing changed that a brick stores.
-        if !is_brick(before) && prune.make == MAKE_SOME {
+        if !is_brick(before) && prune.make == BUILD_BLOCKS {
             cells[at] = center_word(d, bounds);
         }
         return;
     }
-    if prune.make == MAKE_NONE {
+    if prune.make == BUILD_COUNT_ONLY {
         // Any sampled brick can become a mixed one.
         if is_near {
             atomicAdd(&counters[COUNTER_MIXED], 1u);

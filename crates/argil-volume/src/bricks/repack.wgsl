@@ -11,8 +11,8 @@ struct Repack {
 
 var<workgroup> from_word: u32;
 var<workgroup> number: u32;
-var<workgroup> look_before: u32;
-var<workgroup> look_after: u32;
+var<workgroup> material_before: u32;
+var<workgroup> material_after: u32;
 
 @compute @workgroup_size(64)
 fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -27,14 +27,14 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
                 from_word = word_at(at);
             }
             if is_brick(from_word) {
-                number = atomicAdd(&counters[COUNTER_TOP], 1u);
+                number = atomicAdd(&counters[COUNTER_HIGH_WATER], 1u);
                 let before = (from_word & 1023u) + old.pool_x * (((from_word >> 10u) & 1023u) + old.pool_y * (from_word >> 20u));
-                look_before = old_materials[before];
-                look_after = look_before;
-                if (look_before & BRICK_MIXED) != 0u {
-                    look_after = BRICK_MIXED | atomicAdd(&counters[COUNTER_TOP_MIXED], 1u);
+                material_before = old_materials[before];
+                material_after = material_before;
+                if (material_before & BRICK_MIXED) != 0u {
+                    material_after = BRICK_MIXED | atomicAdd(&counters[COUNTER_HIGH_WATER_MIXED], 1u);
                 }
-                brick_materials[number] = look_after;
+                brick_materials[number] = material_after;
                 cells[volume.table.words_at + at] = brick_word(number);
             }
         }
@@ -46,10 +46,10 @@ fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
                 let place = vec3(s % side, s / side % side, s / side / side);
                 textureStore(texels, to + place, textureLoad(old_texels, begin + place, 0));
             }
-            if (look_after & BRICK_MIXED) != 0u {
+            if (material_after & BRICK_MIXED) != 0u {
                 let words_each = 2u * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
-                let old_first = old.capacity + words_each * (look_before & ~BRICK_MIXED);
-                let first = volume.capacity + words_each * (look_after & ~BRICK_MIXED);
+                let old_first = old.capacity + words_each * (material_before & ~BRICK_MIXED);
+                let first = volume.capacity + words_each * (material_after & ~BRICK_MIXED);
                 for (var w = local; w < words_each; w += 64u) {
                     brick_materials[first + w] = old_materials[old_first + w];
                 }

@@ -3,7 +3,7 @@
 //! *Practice.* The top is a small array over the box of all blocks. Its entries are cubes of 8^levels blocks. Below
 //! it are nodes of 8³ entries. Typical scenes have only the top, and its entries are blocks. A missing block is far
 //! from every surface: its entry names a slot of words that say so, and how large the empty cube is.
-//! `bricks/words.wgsl` has the twin of the look-up.
+//! `bricks/cell.wgsl` has the twin of the look-up.
 
 use super::BLOCK_SIDE;
 use super::cell::{block_empty_word, empty_word};

@@ -4,7 +4,7 @@
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let brick = id.y * DISPATCH_ROW + id.x;
-    if brick >= tree_words[TREE_BRICKS] {
+    if brick >= tree_words[OCTREE_HEADER_BRICKS] {
         return;
     }
     fill_tile(cell_of(keys[brick]) * fill.tile, local);

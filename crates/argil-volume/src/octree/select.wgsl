@@ -32,6 +32,6 @@ fn select_bits(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 fn select_list(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let code = id.y * groups.x * 64u + id.x;
     if measure_cell(code) {
-        atomicStore(&occupied[atomicAdd(&tree_words[TREE_BRICKS], 1u)], code);
+        atomicStore(&occupied[atomicAdd(&tree_words[OCTREE_HEADER_BRICKS], 1u)], code);
     }
 }

@@ -63,7 +63,7 @@ fn compact(@builtin(local_invocation_index) local: u32) {
         }
     }
     if local == 0u {
-        atomicStore(&tree_words[TREE_BRICKS], total);
+        atomicStore(&tree_words[OCTREE_HEADER_BRICKS], total);
         set_dispatch(total);
     }
 }
@@ -71,7 +71,7 @@ fn compact(@builtin(local_invocation_index) local: u32) {
 // The study's enumeration sort: the index of a code is the number of smaller codes.
 @compute @workgroup_size(256)
 fn rank(@builtin(global_invocation_id) id: vec3<u32>) {
-    let count = atomicLoad(&tree_words[TREE_BRICKS]);
+    let count = atomicLoad(&tree_words[OCTREE_HEADER_BRICKS]);
     if id.x == 0u {
         set_dispatch(count);
     }

@@ -5,7 +5,7 @@ var<workgroup> children: array<u32, 256>;
 @compute @workgroup_size(256)
 fn build(@builtin(local_invocation_index) local: u32) {
     if local == 0u {
-        shared_word = atomicLoad(&tree_words[TREE_BRICKS]);
+        shared_word = atomicLoad(&tree_words[OCTREE_HEADER_BRICKS]);
     }
     var count = workgroupUniformLoad(&shared_word);
     // The keys of each level follow those of the level below.
@@ -29,11 +29,11 @@ fn build(@builtin(local_invocation_index) local: u32) {
             } else if i > 0u && i < count {
                 left = keys[first_key + i - 1u];
             }
-            let begins = i < count && (i == 0u || (left >> 3u) != (key >> 3u));
-            let parent = parents + sum_before(local, u32(begins)) + u32(begins) - 1u;
+            let starts = i < count && (i == 0u || (left >> 3u) != (key >> 3u));
+            let parent = parents + sum_before(local, u32(starts)) + u32(starts) - 1u;
             if i < count {
                 let node = 3u * (first_node + parent);
-                if begins {
+                if starts {
                     atomicStore(&node_words[node], i);
                     keys[first_key + count + parent] = key >> 3u;
                 }
@@ -45,7 +45,7 @@ fn build(@builtin(local_invocation_index) local: u32) {
             parents += sum_of_all(local);
         }
         if local == 0u {
-            atomicStore(&tree_words[TREE_LEVELS + level], first_node);
+            atomicStore(&tree_words[OCTREE_HEADER_LEVELS + level], first_node);
         }
         first_key += count;
         first_node += parents;
@@ -53,6 +53,6 @@ fn build(@builtin(local_invocation_index) local: u32) {
         storageBarrier();
     }
     if local == 0u {
-        atomicStore(&tree_words[TREE_NODES], first_node);
+        atomicStore(&tree_words[OCTREE_HEADER_NODES], first_node);
     }
 }

@@ -76,7 +76,7 @@ impl RepresentationOptions for MeshRenderOptions {
         let mut mesh = made.mesh;
         if self.flat {
             mesh = mesh.unindexed(true);
-            stages.done("unshare")?;
+            stages.done("unindex")?;
         } else if mesh.normals.is_empty() {
             project_to_field::normals(program, &made.lists, &mut mesh);
             stages.done("normals")?;

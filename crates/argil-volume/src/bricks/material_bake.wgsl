@@ -4,17 +4,17 @@
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let near = near_cell(fill.first_layer + id.x);
-    let at = place_of(near.x);
-    list = stretch_of(fill.first_layer + id.x);
+    let at = cell_index_of(near.x);
+    list = list_range_of(fill.first_layer + id.x);
     let word = word_at(at);
     let cell = cell_at(at);
-    let is_there = is_brick(word);
-    let is_place = is_there && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+    let exists = is_brick(word);
+    let is_place = exists && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
     let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
     let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
     var mine = vec2(0u);
     var is_near = false;
-    var is_told = true;
+    var is_resolved = true;
     if is_place {
         let d = field_surface(volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + inner));
         mine = pack_material(field_material);
@@ -22,7 +22,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
         let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel;
         is_near = abs(d) <= reach;
-        is_told = abs(d) <= MATERIAL_TOLD * reach;
+        is_resolved = abs(d) <= MATERIAL_OWN_RATIO * reach;
     }
     if local == 0u {
         atomicStore(&first_place, 0xffffffffu);
@@ -37,7 +37,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let has_near = atomicLoad(&first_place) != 0xffffffffu;
     workgroupBarrier();
     if !has_near {
-        is_told = true;
+        is_resolved = true;
         is_near = is_place;
         if is_place {
             atomicMin(&first_place, local);
@@ -53,7 +53,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         atomicStore(&differing, 1u);
     }
     workgroupBarrier();
-    if local == 0u && is_there {
+    if local == 0u && exists {
         look = BRICK_MIXED;
         if atomicLoad(&differing) == 0u {
             for (var i = 0u; i < arrayLength(&materials); i++) {
@@ -83,7 +83,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
         let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
         // Lists do not decide what is too far away to be sampled.
-        let kept = select(first_packed, mine, is_told);
+        let kept = select(first_packed, mine, is_resolved);
         brick_materials[to] = kept.x;
         brick_materials[to + 1u] = kept.y;
     }

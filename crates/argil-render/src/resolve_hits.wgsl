@@ -3,7 +3,7 @@
 
 // Sets the normal, and the ground where it is closer.
 @compute @workgroup_size(8, 8)
-fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
+fn resolve_hits(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
     if id.x >= frame.width || y >= frame.height {
         return;

@@ -1,20 +1,20 @@
-// GPU version of words.rs: the meaning of a cell's word. A brick's word is its position in the pool along x, y and
+// GPU version of cell.rs: the meaning of a cell's word. A brick's word is its position in the pool along x, y and
 // z, ten bits each.
 
 fn empty_word(center: f32) -> u32 {
-    return WORD_EMPTY | ((bitcast<u32>(center) >> 1u) & ~WORD_LONELY);
+    return WORD_EMPTY | ((bitcast<u32>(center) >> 1u) & ~WORD_BLOCK_EMPTY);
 }
 
 fn is_brick(word: u32) -> bool {
     return (word & WORD_EMPTY) == 0u;
 }
 
-fn is_lonely(word: u32) -> bool {
-    return (word & WORD_LONELY) != 0u;
+fn is_block_empty(word: u32) -> bool {
+    return (word & WORD_BLOCK_EMPTY) != 0u;
 }
 
 fn center_of(word: u32) -> f32 {
-    return bitcast<f32>((word & ~WORD_LONELY) << 1u);
+    return bitcast<f32>((word & ~WORD_BLOCK_EMPTY) << 1u);
 }
 
 // Entries of the tree of blocks, see table.rs: the top level comes first in `cells`, then its nodes.

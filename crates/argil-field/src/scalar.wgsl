@@ -1,4 +1,4 @@
-// GPU version of real.rs: scalar functions that shapes use.
+// GPU version of scalar.rs: scalar functions that shapes use.
 
 // Returns sine and cosine by polynomials over a quarter turn.
 fn sin_cos(x: f32) -> vec2<f32> {

@@ -1,13 +1,13 @@
-// GPU version of solve.rs: intersects a ray with the surface in its voxel, and computes the normal there.
+// GPU version of voxel_intersect.rs: intersects a ray with the surface in its voxel, and computes the normal there.
 
-struct Solved {
+struct Intersection {
     is_hit: bool,
     t: f32,
 }
 
 // Finds the first root of the cubic along the ray in its voxel, where `gap` is the distance to the surface. Four
 // values determine the cubic, because filtering interpolates the same cubic.
-fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Solved {
+fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Intersection {
     let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
     let p = inner - voxel;
     let way = ray.direction * (1.0 / volume.voxel);
@@ -67,9 +67,9 @@ fn solve(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f
     }
     if !(starts_below || is_crossed || is_close) {
         let u = in_voxels(ray.origin + ray.direction * t);
-        return Solved(false, t + leave + NUDGE_VOXELS * volume.voxel + NUDGE_SHARE * t + nudge_for(u));
+        return Intersection(false, t + leave + NUDGE_VOXELS * volume.voxel + NUDGE_RELATIVE * t + nudge_for(u));
     }
-    return Solved(true, t + share * leave);
+    return Intersection(true, t + share * leave);
 }
 
 fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
@@ -88,11 +88,11 @@ fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
     cell[axis] += i32(over > 0.0) - i32(over < 0.0);
     let held = clamp(cell, low_cell(), high_cell() - 1);
     let word = word_at(word_index(held));
-    let is_there = is_brick(word) && all(held == cell);
+    let exists = is_brick(word) && all(held == cell);
     let across = select(0.0, select(-side, side, over > 0.0), over != 0.0);
-    place[axis] -= select(over, across, is_there);
-    let d = brick_distance(filter_origin(select(at.word, word, is_there)), place);
-    return vec2(d, by - select(over, 0.0, is_there));
+    place[axis] -= select(over, across, exists);
+    let d = brick_distance(filter_origin(select(at.word, word, exists)), place);
+    return vec2(d, by - select(over, 0.0, exists));
 }
 
 fn change_along(at: Located, axis: u32) -> f32 {

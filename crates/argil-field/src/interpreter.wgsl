@@ -1,6 +1,6 @@
-// GPU version of interpret.rs, for one point.
+// GPU version of interpreter.rs, for one point.
 //
-// *Length.* One loop over instructions, whose stacks have module scope. trim.rs removes unused cases line by line.
+// *Length.* One loop over instructions, whose stacks have module scope. opcode_set.rs removes unused cases line by line.
 
 var<private> field_material: GpuMaterial;
 
@@ -11,20 +11,20 @@ var<private> kept: array<GpuMaterial, GPU_STACK_SLOTS>;
 var<private> loops: array<u32, GPU_STACK_SLOTS>;
 
 // Combines a brush with the accumulated distance. `shape_distance` is generated from the shape table (dispatch.rs).
-// `listed`, `list_length` and `mark` come from whole.wgsl, which runs the whole program, or from prune.wgsl.
+// `listed`, `list_length` and `mark` come from unpruned.wgsl, which runs the whole program, or from prune.wgsl.
 fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) -> f32 {
     let w = instr.params;
     let j = read_joint(w + 13u);
     let scale = params[w + 12u];
     let own = w + BRUSH_HEADER_WORDS;
     var p: vec3<f32>;
-    if (instr.flags & FLAG_TRANSLATION) != 0u && instr.op < OP_SEARCHED {
+    if (instr.flags & FLAG_TRANSLATION) != 0u && instr.op < OP_FIRST_ITERATIVE {
         p = translated(point, w);
     } else {
         p = mapped(point, w);
     }
     // Skip a search along curves where it cannot matter.
-    if !MARKING && instr.op >= OP_SEARCHED && !matters(acc, box_distance(p, own) * scale, j) {
+    if !MARKING && instr.op >= OP_FIRST_ITERATIVE && !matters(acc, box_distance(p, own) * scale, j) {
         return acc;
     }
     let d = shape_distance(instr.op, p, own) * scale;

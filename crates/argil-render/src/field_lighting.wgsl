@@ -1,6 +1,6 @@
 // Light and materials of the field, and of volumes that use the field for them.
 
-fn air_distance(p: vec3<f32>) -> f32 {
+fn light_distance(p: vec3<f32>) -> f32 {
     return field_distance(p);
 }
 

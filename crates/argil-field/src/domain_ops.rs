@@ -1,4 +1,4 @@
-//! Changes of the point: folds, copies, deformations. `space.wgsl` is the twin.
+//! Changes of the point: folds, copies, deformations. `domain_ops.wgsl` is the twin.
 
 use crate::scalar::{LANES, Real};
 

@@ -1,12 +1,12 @@
-// GPU version of exact.rs, one vertex per thread. Vertices move to where the exact field is 0, by one step of false
+// GPU version of project_to_field.rs, one vertex per thread. Vertices move to where the exact field is 0, by one step of false
 // position along their edges. Normals are the field's gradient, by central differences.
 
 // Returns how far along its edge a vertex with distance `d` moves.
 fn correction(a: f32, b: f32, d: f32) -> f32 {
-    let t = clamp(a / (a - b), NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE);
+    let t = clamp(a / (a - b), MIN_EDGE_FRACTION, 1.0 - MIN_EDGE_FRACTION);
     // The part of the edge on which the sign changes.
     let to = select(t * a / (a - d), t + (1.0 - t) * d / (d - b), (d < 0.0) == (a < 0.0));
-    return select(0.0, clamp(to, NEAREST_ON_EDGE, 1.0 - NEAREST_ON_EDGE) - t, abs(to) < 1e30);
+    return select(0.0, clamp(to, MIN_EDGE_FRACTION, 1.0 - MIN_EDGE_FRACTION) - t, abs(to) < 1e30);
 }
 
 fn position_of(at: u32) -> vec3<f32> {
@@ -14,7 +14,7 @@ fn position_of(at: u32) -> vec3<f32> {
 }
 
 @compute @workgroup_size(64)
-fn refine(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>) {
+fn project_to_field(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>) {
     let at = marching.first_vertex + id.x + 64u * count.x * id.y;
     if at >= marching.vertices {
         return;

@@ -1,4 +1,4 @@
-// GPU version of space.rs: transforms of the point.
+// GPU version of domain_ops.rs: transforms of the point.
 
 fn translated(p: vec3<f32>, w: u32) -> vec3<f32> {
     return vec3(p.x + params[w + 3u], p.y + params[w + 7u], p.z + params[w + 11u]);

@@ -1,5 +1,5 @@
 // Converts a frame to bytes, and counts what its rays did. GPU version of `show` in picture.rs and `RayCounts` in
-// statistics.rs. One pixel per thread.
+// ray_stats.rs. One pixel per thread.
 
 // The sRGB transfer function (IEC 61966-2-1).
 fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
@@ -15,7 +15,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = id.y * frame.width + id.x;
     let color = colors[at];
     var shown = color.xyz;
-    if frame.show == SHOW_SHADED {
+    if frame.show == MODE_SHADED {
         shown = srgb_from_linear(max(shown, vec3(0.0)));
     }
     let bytes = vec3<u32>(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + 0.5);
@@ -24,7 +24,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 // Adds a ray to a histogram.
-fn count_one(histogram: u32, times: u32) {
+fn add_to_histogram(histogram: u32, times: u32) {
     let bins = arrayLength(&counts) / 5u;
     atomicAdd(&counts[histogram * bins + min(times, bins - 1u)], 1u);
 }
@@ -41,11 +41,11 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let other = hit.descents + hit.cells;
     if other == 0u {
-        count_one(0u, hit.steps);
+        add_to_histogram(0u, hit.steps);
         return;
     }
-    count_one(1u, hit.steps);
-    count_one(2u, hit.steps - min(other, hit.steps));
-    count_one(3u, hit.descents);
-    count_one(4u, hit.cells);
+    add_to_histogram(1u, hit.steps);
+    add_to_histogram(2u, hit.steps - min(other, hit.steps));
+    add_to_histogram(3u, hit.descents);
+    add_to_histogram(4u, hit.cells);
 }

@@ -1,16 +1,16 @@
-//! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpret.wgsl` is the twin, one
+//! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpreter.wgsl` is the twin, one
 //! point at a time.
 
 use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
+use crate::domain_ops::{
+    RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
+};
 use crate::eval_brush::{BrushParams, HEADER, mapped};
 use crate::interpreter_state::{InterpreterState, words};
 use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
 use crate::prefetch::prefetch;
 use crate::scalar::{F32Lanes, LANES, Real};
-use crate::space::{
-    RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
-};
 use crate::{FAR, Program, WORLD_LIMIT, noise};
 use argil_abi as abi;
 

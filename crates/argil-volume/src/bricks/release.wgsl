@@ -2,7 +2,7 @@
 
 // Marks empty blocks, one per thread.
 @compute @workgroup_size(64)
-fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn mark_empty_blocks(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let nth = group_index(id, count) * 64u + local;
     if nth >= prune.count {
         return;
@@ -14,13 +14,13 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: 
     }
     if !found {
         for (var i = 0u; i < 64u; i++) {
-            cells[volume.table.words_at + block * 64u + i] |= WORD_LONELY;
+            cells[volume.table.words_at + block * 64u + i] |= WORD_BLOCK_EMPTY;
         }
     }
 }
 
 // Replaces taken slots on the stack with freed ones, for bricks or mixed bricks. Returns the number of free slots.
-fn restack(kind: u32, local: u32) -> u32 {
+fn update_free_slots(kind: u32, local: u32) -> u32 {
     let free = atomicLoad(&counters[COUNTER_FREE + kind]);
     let freed = atomicLoad(&counters[COUNTER_FREED + kind]);
     let left = free - min(atomicLoad(&counters[COUNTER_BRICKS + kind]), free);
@@ -34,13 +34,13 @@ fn restack(kind: u32, local: u32) -> u32 {
 
 // Removes taken slots from the free list and adds freed ones, in one group.
 @compute @workgroup_size(64)
-fn give_back(@builtin(local_invocation_index) local: u32) {
-    let free = vec2(restack(0u, local), restack(1u, local));
+fn release_freed(@builtin(local_invocation_index) local: u32) {
+    let free = vec2(update_free_slots(0u, local), update_free_slots(1u, local));
     storageBarrier();
     if local < 2u {
         let taken = atomicLoad(&counters[COUNTER_BRICKS + local]);
         let reused = min(taken, atomicLoad(&counters[COUNTER_FREE + local]));
-        atomicAdd(&counters[COUNTER_TOP + local], taken - reused);
+        atomicAdd(&counters[COUNTER_HIGH_WATER + local], taken - reused);
         atomicStore(&counters[COUNTER_FREE + local], free[local]);
     }
 }

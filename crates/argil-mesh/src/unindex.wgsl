@@ -2,7 +2,7 @@
 // original normals.
 
 @compute @workgroup_size(64)
-fn unshare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>) {
+fn unindex(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>) {
     let at = id.x + 64u * count.x * id.y;
     if at >= marching.triangles {
         return;
@@ -19,12 +19,12 @@ fn unshare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         let begin = 6u * triangles[3u * at + i];
         let out = 18u * at + 6u * i;
         for (var k = 0u; k < 6u; k++) {
-            spread[out + k] = vertices[begin + k];
+            unindexed[out + k] = vertices[begin + k];
         }
         if marching.normals == MARCH_FACE {
-            spread[out + 3u] = face.x;
-            spread[out + 4u] = face.y;
-            spread[out + 5u] = face.z;
+            unindexed[out + 3u] = face.x;
+            unindexed[out + 4u] = face.y;
+            unindexed[out + 5u] = face.z;
         }
     }
 }

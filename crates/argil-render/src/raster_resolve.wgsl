@@ -1,4 +1,4 @@
-// Converts drawn triangles to hits, one pixel per thread. GPU version of raster.rs, together with draw.wgsl.
+// Converts drawn triangles to hits, one pixel per thread. GPU version of raster.rs, together with raster_draw.wgsl.
 
 // Hits already have their normals.
 fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
