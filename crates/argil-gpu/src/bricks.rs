@@ -31,6 +31,7 @@ use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, BrickVolume};
 use argil_field::Program;
 use argil_math::Control;
+use argil_volume::wgsl::{BRICK_CELLS, BRICK_MATERIALS};
 use argil_volume::{
     BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, PendingEdits, SampleFormat,
     Texels, Volume, VolumeInfo, empty_word, is_brick,
@@ -47,12 +48,7 @@ macro_rules! way {
             name: $name,
             march: argil_render::wgsl::BRICKS,
             tables: || {
-                let words = [
-                    argil_volume::wgsl::BRICK_CELLS,
-                    argil_volume::wgsl::BRICK_MATERIALS,
-                ]
-                .concat();
-                [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, &words].concat()
+                [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL].concat() + BRICK_CELLS + BRICK_MATERIALS
             },
             binds: &[
                 Bind::Uniform(VOLUME),
