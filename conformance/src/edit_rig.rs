@@ -36,7 +36,7 @@ impl RigVolume {
     fn bricks(&self) -> Cow<'_, Bricks> {
         match self {
             Self::Cpu(bricks) => Cow::Borrowed(&**bricks),
-            Self::Gpu(gpu) => match gpu.1.read(gpu.0.gpu()).wait() {
+            Self::Gpu(gpu) => match gpu.1.download(gpu.0.gpu()).wait() {
                 Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
                 other => panic!("bricks come back: {:?}", other.err()),
             },
@@ -100,7 +100,7 @@ impl EditRig {
         let is_cut = !solid.is_finite() && !solid.is_empty();
         let turns = is_cut != self.layout.voxel_grid.is_clipped;
         if turns {
-            let lattice = self.layout.voxel_grid.covering_on(solid, frame_of(scene));
+            let lattice = self.layout.voxel_grid.recomputed(solid, frame_of(scene));
             self.layout.voxel_grid = lattice.expect("a lattice");
         } else {
             self.layout = self.layout.grown_to(solid).expect("a layout");
@@ -149,7 +149,7 @@ impl EditRig {
     pub fn settle(&mut self) {
         if let RigVolume::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
-            self.done += volume.settle(field.gpu()).wait().expect("an answer");
+            self.done += volume.flush(field.gpu()).wait().expect("an answer");
         }
     }
 
@@ -157,7 +157,7 @@ impl EditRig {
     pub fn trim(&mut self) {
         if let RigVolume::Gpu(gpu) = &mut self.kept {
             let (field, volume) = &mut **gpu;
-            volume.trim(field).wait().expect("room");
+            volume.shrink_to_fit(field).wait().expect("room");
         }
     }
 
@@ -179,7 +179,7 @@ impl EditRig {
     pub fn differing(&self, scene: &Scene) -> u64 {
         let program = Program::lower(scene).expect("a program");
         let lattice = self.layout.voxel_grid;
-        let lattice = lattice.covering_on(program.aabb(), frame_of(scene));
+        let lattice = lattice.recomputed(program.aabb(), frame_of(scene));
         let layout = BrickLayout {
             voxel_grid: lattice.expect("a lattice"),
             ..self.layout

@@ -1,101 +1,33 @@
-//! The oracle of bricks and silhouettes: brute force, at four times a volume's resolution and ray by ray.
+//! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
+//!
+//! *Length.* A test for each pass of sparse bricks, with the reading of buffers that they share.
 
-use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, Hit};
-use argil_conformance::{SceneCase, lattice, primary_ray, random_blends, shipped};
-use argil_field::{Evaluator, Grid, LANES, Program};
+use argil_abi::GpuMaterial;
+use argil_conformance::Wait;
+use argil_conformance::{
+    Numbers, SceneCase, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
+    stored_integers,
+};
+use argil_field::{Evaluator, Grid, Program};
+use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
-use argil_render::{
-    Camera, LookupStart, RenderMode, RenderSettings, RenderSource, frame_uniforms, render_with_hits,
-};
-use argil_scene::{Brush, Scene, Shape};
-use argil_volume::{
-    Band, BrickLayout, BrickSettings, BrickTest, Bricks, Dense, Encoding, Octree, OctreeLayout,
-    OctreeSettings, SampleFormat, VoxelGrid,
-};
-use glam::{UVec3, Vec3};
-use proptest::prelude::*;
+use argil_scene::{Brush, Group, Scene, Shape};
+use argil_volume::{BrickCell, BrickLayout, BrickSettings, Bricks, BricksError, Encoding, Volume};
+use glam::{IVec3, UVec3, Vec3};
 
 /// Samples along a voxel's edge.
 const FINER: u32 = 4;
 
-/// The cells whose closed box holds a change of sign among points four to a voxel's edge, and that have no brick.
-fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
-    let layout = octree.layout();
-    let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
-    let side = layout.brick_size_voxels * FINER + 1;
-    let mut evaluator = Evaluator::new(program);
-    let (mut missed, mut crossed) = (0, 0);
-    for z in 0..layout.grid.z {
-        for y in 0..layout.grid.y {
-            for x in 0..layout.grid.x {
-                let cell = UVec3::new(x, y, z);
-                let held = layout.brick_box(cell);
-                // What lies outside of the volume is not asked for.
-                let end = held.max.min(layout.voxel_grid.aabb().max + 0.5 * spacing);
-                let size = ((end - held.min) / spacing)
-                    .as_uvec3()
-                    .min(UVec3::splat(side - 1))
-                    + 1;
-                let grid = Grid {
-                    min: held.min,
-                    spacing,
-                    begin: UVec3::ZERO,
-                    size,
-                };
-                let (mut inside, mut outside) = (false, false);
-                let xs = grid.coordinates(0);
-                for k in 0..size.z {
-                    grid.sweep_layer(&mut evaluator, &xs, k, |_, d| {
-                        inside |= d.iter().any(|&d| d < 0.0);
-                        outside |= d.iter().any(|&d| d >= 0.0);
-                    });
-                    if inside && outside {
-                        break;
-                    }
-                }
-                if inside && outside {
-                    crossed += 1;
-                    missed += usize::from(!octree.has_brick(cell));
-                }
-            }
-        }
-    }
-    (missed, crossed)
+fn layout_of(program: &Program, scene: &Scene, resolution: u32, brick: u32) -> BrickLayout {
+    let settings = BrickSettings {
+        brick_size_voxels: brick,
+        ..BrickSettings::default()
+    };
+    BrickLayout::new(lattice(scene, program, resolution), &settings).expect("a layout")
 }
 
-/// Codes ascend; each level's masks count the level below, children follow one another, and there is one root.
-fn check_tree(octree: &Octree) {
-    let tree = octree.tree();
-    assert!(tree.codes().is_sorted_by(|a, b| a < b));
-    let mut below = tree.codes().len() as u32;
-    for (level, &begin) in tree.levels().iter().enumerate() {
-        let end = tree.levels().get(level + 1).copied();
-        let end = end.unwrap_or(tree.nodes().len() as u32);
-        let mut next = 0;
-        for node in &tree.nodes()[begin as usize..end as usize] {
-            assert_eq!(node.child_offset, next);
-            let leaves = if level == 0 { node.valid_mask } else { 0 };
-            assert_eq!(node.leaf_mask, leaves);
-            next += node.valid_mask.count_ones();
-        }
-        assert_eq!(next, below, "no orphan");
-        below = end - begin;
-    }
-    assert_eq!(below, 1);
-    for (i, cell) in octree.cells().enumerate() {
-        assert_eq!(tree.find(cell).brick, Some(i as u32));
-    }
-}
-
-fn octree_of(
-    program: &Program,
-    scene: &Scene,
-    resolution: u32,
-    settings: OctreeSettings,
-) -> Octree {
-    let lattice = lattice(scene, program, resolution);
-    let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
-    Octree::bake(program, layout, settings.brick_test).0
+fn bake(program: &Program, layout: BrickLayout) -> Bricks {
+    Bricks::bake(program, layout, None).expect("bricks").0
 }
 
 fn cases() -> Vec<SceneCase> {
@@ -104,292 +36,549 @@ fn cases() -> Vec<SceneCase> {
     cases
 }
 
-/// Conservative: no brick with surface in it is lost, in any scene. The study's test of the center loses some: the same
-/// count finds them, so it can.
-#[test]
-fn no_brick_with_surface_is_lost() {
-    let (mut lost_by_center, mut lost) = (0, 0);
-    for case in cases() {
-        let program = Program::lower(&case.scene).expect("a program");
-        // Noise is slow to evaluate, and its scene has four octaves of it.
-        let resolution = if case.name == "temple" { 32 } else { 48 };
-        for brick in [8, 16] {
-            let settings = OctreeSettings {
-                brick_size_voxels: brick,
-                ..OctreeSettings::default()
-            };
-            let octree = octree_of(&program, &case.scene, resolution, settings);
-            check_tree(&octree);
-            let (missed, crossed) = missed(&program, &octree);
-            assert_eq!(missed, 0, "{}: of {crossed} bricks of {brick}", case.name);
-            assert!(crossed > 5, "{}: {crossed}", case.name);
+fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
+    let (low, high) = (layout.first_cell(), layout.end_cell());
+    (low.z..high.z).flat_map(move |z| {
+        (low.y..high.y).flat_map(move |y| (low.x..high.x).map(move |x| IVec3::new(x, y, z)))
+    })
+}
+
+/// Whether points four to a voxel's edge in a cell's closed box have both signs.
+fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) -> bool {
+    let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
+    let held = layout.cell_box(cell);
+    // What lies outside of the volume is not asked for.
+    let end = held.max.min(layout.voxel_grid.aabb().max + 0.5 * spacing);
+    let most = UVec3::splat(layout.brick_size_voxels * FINER);
+    let grid = Grid {
+        min: held.min,
+        spacing,
+        begin: UVec3::ZERO,
+        size: ((end - held.min) / spacing).as_uvec3().min(most) + 1,
+    };
+    let (mut inside, mut outside) = (false, false);
+    let xs = grid.coordinates(0);
+    for k in 0..grid.size.z {
+        grid.sweep_layer(evaluator, &xs, k, |_, d| {
+            inside |= d.iter().any(|&d| d < 0.0);
+            outside |= d.iter().any(|&d| d >= 0.0);
+        });
+        if inside && outside {
+            return true;
         }
-        let settings = OctreeSettings {
-            brick_size_voxels: 16,
-            brick_test: BrickTest::CenterInRange,
-            ..OctreeSettings::default()
-        };
-        let octree = octree_of(&program, &case.scene, 48, settings);
-        lost_by_center += self::missed(&program, &octree).0;
-        lost += octree.lost_bricks(&program);
     }
-    assert!(
-        lost_by_center > 100 && lost >= lost_by_center,
-        "{lost_by_center}, {lost}"
-    );
+    false
 }
 
-/// The same at the study's size: bricks of 32 in 256³, so at 1024³ points.
-#[test]
-fn no_brick_with_surface_is_lost_at_the_studys_size() {
-    for name in ["csg20", "edgy-cube"] {
-        let case = shipped().into_iter().find(|case| case.name == name);
-        let case = case.expect("it ships");
-        let program = Program::lower(&case.scene).expect("a program");
-        let octree = octree_of(&program, &case.scene, 256, OctreeSettings::default());
-        let (missed, crossed) = missed(&program, &octree);
-        assert_eq!(missed, 0, "{name}: of {crossed}");
-        assert!(crossed > 50, "{name}: {crossed}");
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Trees and bricks of scenes that nobody has chosen.
-    #[test]
-    fn trees_of_random_scenes_are_whole(seed in any::<u64>(), count in 1usize..40) {
-        let case = random_blends(seed, count);
-        let program = Program::lower(&case.scene).expect("a program");
-        let settings = OctreeSettings { brick_size_voxels: 8, ..OctreeSettings::default() };
-        let octree = octree_of(&program, &case.scene, 40, settings);
-        check_tree(&octree);
-        prop_assert_eq!(missed(&program, &octree).0, 0);
-    }
-}
-
-/// Rays that are wrong against the exact field: those that passed through solid, and those whose hit hangs in the air or
-/// lies in the solid. `lattice` sets what counts: between texels, interpolation is off by at most half of a voxel's
-/// diagonal (times the Lipschitz constant) and half a step of the encoding.
-fn wrong(
-    program: &Program,
-    lattice: &VoxelGrid,
-    frame: &FrameUniform,
-    hits: &[Hit],
-    footprint: f32,
-) -> (usize, usize) {
-    let encoding = Encoding::default();
-    let step = encoding.band_width(lattice, 0) / encoding.format.max_code() as f32;
-    let between = 0.5 * 3f32.sqrt() * lattice.voxel_size * program.lipschitz();
-    let bound = 1.01 * (between + step) + program.bound_error(lattice.aabb());
-    let ([ax, ay, az], epsilon) = (frame.box_min, frame.epsilon);
-    let [bx, by, bz] = frame.box_max;
-    let bounds = Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));
+/// Cells that the surface goes through, those of them without a brick, and those that half of the reach would lose.
+fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
+    let layout = bricks.layout();
     let mut evaluator = Evaluator::new(program);
-    let mut d = Vec::new();
-    let (mut passed, mut stray) = (0, 0);
-    // Every eleventh ray: rows and columns take turns.
-    for i in (0..hits.len()).step_by(11) {
-        let (x, y) = (i as u32 % frame.width, i as u32 / frame.width);
-        let ray = primary_ray(frame, x, y);
-        let Some((near, far)) = ray.span(bounds) else {
-            continue;
-        };
-        let hit = &hits[i];
-        let end = if hit.kind == HIT_NONE {
-            far
-        } else {
-            hit.normal_t[3]
-        };
-        // Half a voxel at a time, up to where the ray has come.
-        let count = ((end - near) / (0.5 * lattice.voxel_size)).max(0.0) as usize;
-        d.resize(count + 2, 0.0);
-        let at = |k: usize| {
-            ray.at(if k == count + 1 {
-                end
-            } else {
-                near + 0.5 * lattice.voxel_size * k as f32
-            })
-        };
-        for first in (0..d.len()).step_by(LANES) {
-            let n = LANES.min(d.len() - first);
-            let of = |axis: usize| -> Vec<f32> { (0..n).map(|k| at(first + k)[axis]).collect() };
-            evaluator.distances(&of(0), &of(1), &of(2), &mut d[first..first + n]);
+    let (mut crossed, mut missed, mut lost_by_less) = (0, 0, 0);
+    for cell in cells(layout) {
+        if is_crossed(&mut evaluator, layout, cell) {
+            crossed += 1;
+            let has_brick = matches!(bricks.cell(cell), BrickCell::Brick(_));
+            missed += usize::from(!has_brick);
+            let d = program.distance(layout.cell_box(cell).center());
+            lost_by_less += usize::from(d.abs() > 0.5 * layout.half_diagonal(1));
         }
-        // On which side a ray begins is not clear within the bound, unless it comes from outside.
-        let side = if d[0] < 0.0 && near <= 0.0 { -1.0 } else { 1.0 };
-        if near <= 0.0 && d[0].abs() < bound {
-            continue;
-        }
-        let deepest = d[..=count]
-            .iter()
-            .map(|d| d * side)
-            .fold(f32::MAX, f32::min);
-        // A solid that the volume's box cuts is met at the cut.
-        let is_cut = near > 0.0 && d[0] < -bound && end - near < lattice.voxel_size;
-        passed += usize::from(deepest < -bound && !is_cut);
-        let reach = epsilon.max(footprint * end);
-        let is_stray = hit.kind != HIT_NONE && d[count + 1].abs() > bound + reach;
-        stray += usize::from(is_stray && !is_cut);
     }
-    (passed, stray)
+    (crossed, missed, lost_by_less)
 }
 
-/// Rays through volumes against the exact field: none passes through solid, none stops in the air; from outside, close
-/// by, grazing and inside. What a picture misses of the exact one is what lies between texels.
+/// Conservative: each cell with a change of sign at four times the resolution has its brick. A smaller reach would lose
+/// some: bricks that the distance at the center and half of the diagonal's half keep.
 #[test]
-#[expect(
-    clippy::too_many_lines,
-    reason = "one comparison, and what tells its bounds"
-)]
-fn no_ray_passes_through_solid_or_stops_in_the_air() {
-    let (mut wrong_by_center, mut rays, mut from_inside) = (0, 0, 0);
+fn no_cell_with_surface_is_without_its_brick() {
+    let mut all_lost = 0;
     for case in cases() {
         let program = Program::lower(&case.scene).expect("a program");
-        let lattice = lattice(&case.scene, &program, 128);
-        let dense = Dense::bake(&program, lattice, Encoding::default(), false);
-        let mips = Dense::bake(&program, lattice, Encoding::default(), true);
-        let with = |brick, keep| {
-            let settings = OctreeSettings {
-                brick_size_voxels: brick,
-                brick_test: keep,
-                ..OctreeSettings::default()
-            };
-            octree_of(&program, &case.scene, 128, settings)
+        let resolution = if case.name == "temple" { 32 } else { 48 };
+        for brick in [4, 8, 16] {
+            let layout = layout_of(&program, &case.scene, resolution, brick);
+            let bricks = bake(&program, layout);
+            let (crossed, missed, lost_by_less) = crossings(&program, &bricks);
+            assert_eq!(missed, 0, "{}: of {crossed} cells of {brick}", case.name);
+            assert!(crossed > 5, "{}: {crossed}", case.name);
+            assert!(bricks.len() >= crossed);
+            all_lost += lost_by_less;
+        }
+    }
+    assert!(all_lost > 100, "{all_lost}");
+}
+
+/// No point of a cell without a brick is nearer to the surface than the cell says, and all are on its side. How many points
+/// were looked at, and of how many half a cell's diagonal more would be too much.
+fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, usize) {
+    let layout = bricks.layout();
+    let mut numbers = Numbers::new(7);
+    let spread = program.lipschitz() * layout.half_diagonal(1);
+    let (mut checked, mut too_much) = (0, 0);
+    for cell in cells(layout) {
+        let BrickCell::Empty {
+            center,
+            is_block_empty,
+        } = bricks.cell(cell)
+        else {
+            continue;
         };
-        let octrees = [8, 32].map(|brick| with(brick, BrickTest::Conservative));
-        let by_center = with(16, BrickTest::CenterInRange);
-        let sparse =
-            [(8, SampleFormat::Snorm16), (4, SampleFormat::Snorm8)].map(|(brick, bits)| {
-                let encoding = Encoding {
-                    format: bits,
-                    ..Encoding::default()
-                };
-                let settings = BrickSettings {
-                    encoding,
-                    brick_size_voxels: brick,
-                };
-                let layout = BrickLayout::new(lattice, &settings).expect("a layout");
-                Bricks::bake(&program, layout, None).expect("bricks").0
-            });
-        let held = program.aabb().intersection(lattice.aabb());
-        for orbit in [
-            [30.0, 20.0, 2.4],
-            [200.0, -35.0, 2.0],
-            [110.0, 3.0, 0.9],
-            [290.0, 10.0, 0.1],
-        ] {
-            let camera = Camera::orbit(held, orbit, 45.0);
-            let settings = RenderSettings {
-                size: [80, 60],
-                mode: RenderMode::Normal,
-                max_steps: 8192,
-                ..RenderSettings::default()
+        let held = layout.cell_box(cell);
+        let mask = bricks.masks()[bricks.word_index(cell) / 64];
+        assert_eq!(is_block_empty, mask == 0);
+        let mut points = held.corners().to_vec();
+        let size = held.size();
+        points.extend((0..4).map(|_| held.min + size * (numbers.point(0.5) + 0.5)));
+        for p in points {
+            let d = program.distance(p);
+            let rounding = program.bound_error(held);
+            let away = (center.abs() - spread).max(0.0);
+            assert!(
+                d.abs() >= away - rounding && (d < 0.0) == (center < 0.0),
+                "{name} {cell}: {d} at {p}, and the cell says {center}",
+            );
+            checked += 1;
+            too_much += usize::from(d.abs() < away + spread);
+        }
+    }
+    (checked, too_much)
+}
+
+/// Conservative.
+#[test]
+fn empty_cells_never_overstate_the_distance() {
+    let (mut checked, mut too_much) = (0, 0);
+    for case in cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 64, 8);
+        let found = check_empty_cells(&case.name, &program, &bake(&program, layout));
+        (checked, too_much) = (checked + found.0, too_much + found.1);
+    }
+    assert!(checked > 50_000 && too_much > 1000, "{checked}, {too_much}");
+}
+
+/// The same of bricks that the GPU has built: no surface is lost, no distance overstated.
+#[test]
+fn gpu_bricks_are_conservative_too() {
+    let gpu = gpu();
+    let (mut crossed, mut checked) = (0, 0);
+    let slow = ["dense-edgy-cubes", "temple"];
+    let cases = cases().into_iter().filter(|c| !slow.contains(&&*c.name));
+    for case in cases.take(10) {
+        let program = Program::lower(&case.scene).expect("a program");
+        let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
+        let layout = layout_of(&program, &case.scene, 56, 4);
+        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+            .wait()
+            .expect("a volume");
+        let Volume::Bricks(bricks) = volume.download(&gpu).wait().expect("a volume") else {
+            panic!("bricks were read");
+        };
+        let (own, missed, _) = crossings(&program, &bricks);
+        assert_eq!(missed, 0, "{}: of {own} cells", case.name);
+        crossed += own;
+        checked += check_empty_cells(&case.name, &program, &bricks).0;
+    }
+    assert!(crossed > 1000 && checked > 20_000, "{crossed}, {checked}");
+}
+
+/// Groups in groups, each with a ball beside it.
+fn deep(levels: u32) -> SceneCase {
+    let mut numbers = Numbers::new(57);
+    let mut scene = Scene::new();
+    let mut group = Scene::ROOT;
+    for _ in 0..levels {
+        let ball = Brush::new(Shape::sphere(0.05))
+            .at(numbers.point(0.9).to_array())
+            .smooth(0.02);
+        scene.push_into(group, ball).expect("a valid brush");
+        let made = scene.push_into(group, Group::new()).expect("a group");
+        group = made.node;
+    }
+    scene
+        .push_into(group, Brush::new(Shape::sphere(0.2)))
+        .expect("a valid brush");
+    SceneCase {
+        name: format!("{levels} levels"),
+        scene,
+    }
+}
+
+/// Exact: samples are the whole program's at the voxels' corners; neighbors have the same on their common side.
+#[test]
+fn samples_are_the_fields() {
+    let long = SceneCase {
+        name: "twenty thousand brushes".into(),
+        scene: random_scene(20_000, 3),
+    };
+    let extremes = [deep(3_000), long];
+    for (i, case) in cases().into_iter().chain(extremes).enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 40 + i as u32, [8, 4, 16][i % 3]);
+        let bricks = bake(&program, layout);
+        let stored = stored_integers(bricks.pool());
+        let (side, range) = (
+            layout.brick_size_voxels + 1,
+            layout.encoding.band_width(&layout.voxel_grid, 0),
+        );
+        let quanta = layout.encoding.format.max_code() as f32;
+        for cell in cells(&layout).step_by(3) {
+            let BrickCell::Brick(brick) = bricks.cell(cell) else {
+                continue;
             };
-            let frames_by = |descent| {
-                let settings = RenderSettings {
-                    lookup_start: descent,
-                    ..settings
-                };
-                frame_uniforms(&settings, &camera, &program, Some(&lattice), held)
+            let stride = if program.instructions().len() > 1000 {
+                311
+            } else {
+                17
             };
-            let frames = frames_by(LookupStart::Root);
-            let shown =
-                |through: &dyn RenderSource| render_with_hits(&program, through, &frames).hits;
-            let by_path = frames_by(LookupStart::Path);
-            for (name, hits) in [
-                ("dense", shown(&dense)),
-                ("mips", shown(&mips)),
-                ("octree of 8", shown(&octrees[0])),
-                (
-                    "octree of 32",
-                    render_with_hits(&program, &octrees[1], &by_path).hits,
-                ),
-                ("bricks", shown(&sparse[0])),
-                ("small bricks", shown(&sparse[1])),
-            ] {
-                // A ray through bricks has hit within half a pixel.
-                let footprint = if name.ends_with("bricks") {
-                    0.5 * frames[0].pixel
-                } else {
-                    0.0
-                };
-                rays += hits.len() / 11;
-                from_inside += hits.iter().filter(|h| h.kind == HIT_INSIDE).count() / 11;
+            for at in (0..layout.brick_samples()).step_by(stride) {
+                let place = UVec3::new(at % side, at / side % side, at / side / side);
+                let whole = (cell * layout.brick_size_voxels as i32).as_vec3() + place.as_vec3();
+                let p = layout.voxel_grid.corner + layout.voxel_grid.voxel_size * whole;
+                let d = program.distance(p);
+                let expected = (d * (quanta / range)).clamp(-quanta, quanta) + 0.5;
+                let found = stored[(brick * layout.brick_samples() + at) as usize];
                 assert_eq!(
-                    wrong(&program, &lattice, &frames[0], &hits, footprint),
-                    (0, 0),
-                    "{} by {name} from {orbit:?}: passed through solid, stopped elsewhere",
+                    found,
+                    expected.floor() as i32,
+                    "{} {cell} {place}",
                     case.name
                 );
             }
-            // Negative control: the study's test of the center loses bricks, and rays pass through walls there.
-            let hits = shown(&by_center);
-            let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits, 0.0);
-            wrong_by_center += passed + stray;
         }
     }
-    assert!(
-        rays > 100_000 && from_inside > 1000,
-        "{rays}, {from_inside}"
-    );
-    assert!(wrong_by_center > 500, "{wrong_by_center}");
 }
 
-/// What the study's test loses depends on what 1.0 stands for: with a stride of 8, 32 voxels, it keeps all bricks of 32
-/// around a ball; with 32, 8 voxels, it does not.
+/// Cells that only one has a brick for, then numbers that are apart, of so many samples.
+fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
+    let layout = cpu.layout();
+    let (mut differing, mut apart, mut texels) = (0, 0, 0);
+    let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
+    let samples = layout.brick_samples();
+    let range = layout.encoding.band_width(&layout.voxel_grid, 0);
+    let step = layout.encoding.format.max_code() as f32 / range;
+    for cell in cells(layout) {
+        match (cpu.cell(cell), found.cell(cell)) {
+            (BrickCell::Brick(own), BrickCell::Brick(other)) => {
+                let own = &a[(own * samples) as usize..][..samples as usize];
+                let other = &b[(other * samples) as usize..][..samples as usize];
+                for (own, other) in own.iter().zip(other) {
+                    // Rounding: of the field, and which of two integers is nearer.
+                    let allowed = 1 + (4e-5 * step * (1.0 + range)) as i32;
+                    apart += usize::from((own - other).abs() > allowed);
+                    texels += 1;
+                }
+            }
+            (BrickCell::Empty { center: own, .. }, BrickCell::Empty { center: other, .. }) => {
+                // The CPU knows less of cells that are far.
+                let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
+                let is_zero = own == 0.0 || other == 0.0;
+                apart += usize::from(!is_same && !is_zero);
+            }
+            _ => differing += 1,
+        }
+    }
+    (differing, apart, texels)
+}
+
+/// The same cells but for a few that rounding decides, and the same samples; how many of those.
+fn assert_alike(name: &str, cpu: &Bricks, found: &Bricks) -> usize {
+    let (differing, apart, texels) = compare(cpu, found);
+    assert!(
+        differing <= 1 + cpu.len() / 500,
+        "{name}: {differing} cells differ, of {}",
+        cpu.len()
+    );
+    assert!(apart <= texels / 2000, "{name}: {apart} of {texels}");
+    texels
+}
+
+/// Set-equal: the same cells have bricks, wherever they stand in the pool; samples and distances bounded.
 #[test]
-fn the_center_test_is_as_good_as_its_stride() {
+fn gpu_bricks_are_the_cpus() {
+    // Compiling takes most of the time: most cases share shaders that can do everything.
+    let mut shared = gpu_field();
+    let gpu = shared.gpu().clone();
+    let mut cases = shipped();
+    cases.extend((2..6).map(|seed| random_blends(seed, 20)));
+    cases.push(SceneCase {
+        name: "nothing".into(),
+        scene: Scene::new(),
+    });
+    for (i, case) in cases.iter().enumerate() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let own;
+        let field = if i % 6 == 0 {
+            own = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
+            &own
+        } else {
+            shared.update(&program).expect("a field");
+            &shared
+        };
+        // A software device takes minutes for many brushes.
+        let resolution = if program.brush_count() > 300 {
+            20
+        } else {
+            28 + i as u32
+        };
+        let mut layout = layout_of(&program, &case.scene, resolution, [8, 4, 8, 16][i % 4]);
+        if i % 3 == 1 {
+            layout.encoding = Encoding::default();
+        }
+        let cpu = bake(&program, layout);
+        let (volume, stages) = GpuVolume::bricks(field, &program, layout, None)
+            .wait()
+            .expect("a volume");
+        assert!(stages.iter().all(|(_, ms)| *ms > 0.0));
+        let Volume::Bricks(found) = volume.download(&gpu).wait().expect("a volume") else {
+            panic!("bricks were read");
+        };
+        let texels = assert_alike(&case.name, &cpu, &found);
+
+        // What they look like, at the center of each.
+        let palette = program.materials();
+        let (mut alike, mut unlike) = (0, 0);
+        for cell in cells(&layout) {
+            let p = layout.cell_box(cell).center();
+            if let (Some(own), Some(other)) = (
+                cpu.material(p, Vec3::Y, palette),
+                found.material(p, Vec3::Y, palette),
+            ) {
+                let is_like = material_gap(&own, &other) < 0.02;
+                alike += usize::from(is_like);
+                unlike += usize::from(!is_like);
+            }
+        }
+        assert!(unlike <= alike / 200, "{}: {unlike} of {alike}", case.name);
+        // Negative control: a volume moved by a tenth of a voxel.
+        let mut moved = layout;
+        moved.voxel_grid.corner += 0.1 * layout.voxel_grid.voxel_size;
+        if texels > 0 {
+            assert!(
+                stored_integers(bake(&program, moved).pool()) != stored_integers(cpu.pool()),
+                "{}",
+                case.name
+            );
+        }
+        // There and back is the same to the bit.
+        let there = GpuVolume::upload(field, &cpu.clone().into())
+            .wait()
+            .expect("a volume");
+        assert!(there.download(&gpu).wait().expect("a volume") == Volume::Bricks(cpu));
+    }
+}
+
+/// The GPU prunes every operator, modifier and structure to what the CPU, which is held to the whole program in
+/// `prune.rs`, prunes it to: cell for cell, sample for sample. Copies, frames and groups are dropped there.
+#[test]
+fn the_gpu_prunes_as_the_cpu() {
+    let mut field = gpu_field();
+    let gpu = field.gpu().clone();
+    for case in all_cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        if program.instructions().len() < 2 {
+            continue;
+        }
+        field.update(&program).expect("a field");
+        let layout = layout_of(&program, &case.scene, 32, 4);
+        let cpu = bake(&program, layout);
+        let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+            .wait()
+            .expect("a volume");
+        let Volume::Bricks(found) = volume.download(&gpu).wait().expect("a volume") else {
+            panic!("bricks were read");
+        };
+        assert_alike(&case.name, &cpu, &found);
+    }
+}
+
+/// A budget is kept on both devices, and says what is needed.
+#[test]
+fn a_budget_is_kept() {
     let mut scene = Scene::new();
     scene
         .push(Brush::new(Shape::sphere(0.7)))
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
-    let missed = |stride| {
-        let settings = OctreeSettings {
-            encoding: Encoding {
-                band: Band::Stride(stride),
-                ..Encoding::default()
-            },
-            brick_size_voxels: 32,
-            brick_test: BrickTest::CenterInRange,
-            ..OctreeSettings::default()
-        };
-        let octree = octree_of(&program, &scene, 256, settings);
-        let whole = OctreeSettings {
-            brick_test: BrickTest::Conservative,
-            ..settings
-        };
-        let whole = octree_of(&program, &scene, 256, whole);
-        (octree.lost_bricks(&program), whole.tree().codes().len())
-    };
-    assert_eq!(missed(8).0, 0);
-    let (lost, all) = missed(32);
-    assert!(lost > all / 3 && lost < all, "{lost} of {all}");
+    let layout = layout_of(&program, &scene, 64, 8);
+    let bricks = bake(&program, layout);
+    let needed = bricks.memory_bytes();
+    let refused = Bricks::bake(&program, layout, Some(needed / 2));
+    assert!(matches!(refused, Err(BricksError::Budget { needed: n, .. }) if n >= needed));
+    let enough = needed * 3 / 2;
+    assert!(Bricks::bake(&program, layout, Some(enough)).is_ok());
+
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
+    let refused = GpuVolume::bricks(&field, &program, layout, Some(needed / 2)).wait();
+    assert!(matches!(refused, Err(argil_gpu::GpuError::Budget { .. })));
+    assert!(
+        GpuVolume::bricks(&field, &program, layout, Some(enough))
+            .wait()
+            .is_ok()
+    );
+    // Tables alone can be too much: nothing is made first.
+    let layout = layout_of(&program, &scene, 4096, 4);
+    let refused = Bricks::bake(&program, layout, Some(1 << 20));
+    assert!(matches!(refused, Err(BricksError::Blocks { .. })));
 }
 
-/// The box of the whole volume is as good a solid as any: bricks at its sides, and cells that reach over them.
+/// The materials of mixed bricks count: without room for them, the bricks alone would fit.
 #[test]
-fn cells_at_the_sides_are_kept_too() {
-    let mut scene = Scene::new();
-    scene.view.bounds = Some([[-1.0; 3], [1.0, 0.7, 0.4]]);
-    scene
-        .push(Brush::new(Shape::Plane {
-            normal: [0.3, 1.0, 0.2],
-            offset: 0.1,
-        }))
-        .expect("a valid brush");
+fn a_budget_counts_materials() {
+    let mut cases = shipped().into_iter();
+    let case = cases
+        .find(|c| c.name == "csg20")
+        .expect("a scene that ships");
+    let program = Program::lower(&case.scene).expect("a program");
+    let layout = layout_of(&program, &case.scene, 64, 8);
+    let bricks = bake(&program, layout);
+    let of_mixed = size_of_val(bricks.mixed()) as u64;
+    // More than what the candidates that were dropped would have taken.
+    let budget = bricks.memory_bytes() - 1;
+    assert!(of_mixed > 10_000, "{of_mixed}");
+    assert!(Bricks::bake(&program, layout, Some(budget)).is_err());
+
+    // What the GPU keeps is within whatever it may take, and not much more than what the CPU keeps.
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
+    let mut kept = 0;
+    for share in [11, 12, 14, 20, 40] {
+        let budget = bricks.memory_bytes() * share / 10;
+        if let Ok((volume, _)) = GpuVolume::bricks(&field, &program, layout, Some(budget)).wait() {
+            assert!(volume.memory_bytes() <= budget, "{share}");
+            kept += 1;
+        }
+    }
+    assert!(kept >= 3, "{kept}");
+}
+
+/// A pool that was guessed too small grows: all cells of a block of noise have bricks.
+#[test]
+fn a_pool_grows_to_what_is_needed() {
+    // Balls everywhere: a surface in nearly every cell, of a field that costs little.
+    let balls = r#"{"argil":1,"brushes":[{"shape":{"type":"sphere","radius":0.03},
+        "modifiers":[{"type":"repeat","spacing":[0.08,0.08,0.08],"count":[13,13,13]}]}]}"#;
+    let scene = Scene::from_json(balls, "balls").expect("a scene");
     let program = Program::lower(&scene).expect("a program");
-    assert_eq!(program.aabb(), Aabb::ALL);
-    let octree = octree_of(
-        &program,
-        &scene,
-        60,
-        OctreeSettings {
-            brick_size_voxels: 8,
-            ..OctreeSettings::default()
-        },
+    let layout = layout_of(&program, &scene, 96, 4);
+    let bricks = bake(&program, layout);
+    let [x, y, z] = layout.size_cells().to_array();
+    assert!(
+        bricks.len() as u32 > 2 * (x * y + y * z + x * z),
+        "{}",
+        bricks.len()
     );
-    let (missed, crossed) = missed(&program, &octree);
-    assert_eq!(missed, 0);
-    assert!(crossed > 20);
+    let field = GpuProgram::new(gpu(), &program, false).expect("a field");
+    let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
+        .wait()
+        .expect("a volume");
+    let info = volume.info(field.gpu()).wait().expect("an answer");
+    let count = info.bricks.expect("bricks").bricks;
+    assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
+}
+
+/// What was asked for is what there is.
+#[test]
+fn no_resolution_is_rounded() {
+    let solid = Aabb::new(Vec3::splat(-0.5), Vec3::new(0.5, 0.2, 0.1));
+    for resolution in [8, 37, 300, 1000] {
+        let lattice = argil_volume::VoxelGrid::fitting(solid, None, resolution).expect("a lattice");
+        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        assert_eq!(layout.voxel_grid.size.max_element(), resolution);
+        let reach = layout.size_cells() * layout.brick_size_voxels;
+        assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
+    }
+}
+
+/// The greatest difference of two materials' words.
+fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
+    let own = a.base_roughness.iter().chain(&a.emission_metallic);
+    let other = b.base_roughness.iter().chain(&b.emission_metallic);
+    own.zip(other)
+        .map(|(a, b)| (a - b).abs() / (1.0 + b))
+        .fold(0.0, f32::max)
+}
+
+/// Bounded: near the surface, stored materials are the field's but where two meet within a place's width. With another
+/// table of materials they are not.
+#[test]
+fn colors_and_blends_survive_baking() {
+    let (mut mixed, mut all_near, mut all_off, mut all_turned) = (0, 0, 0, 0);
+    for case in cases() {
+        let program = Program::lower(&case.scene).expect("a program");
+        let layout = layout_of(&program, &case.scene, 96, 8);
+        let bricks = bake(&program, layout);
+        mixed += bricks.mixed().len();
+        let mut numbers = Numbers::new(3);
+        let mut evaluator = Evaluator::new(&program);
+        let palette = program.materials();
+        let mut turned = palette.to_vec();
+        turned.rotate_left(1);
+        let (mut near, mut off, mut total, mut off_turned) = (0, 0, 0.0, 0);
+        for cell in cells(&layout).filter(|&c| matches!(bricks.cell(c), BrickCell::Brick(_))) {
+            for _ in 0..40 {
+                let held = layout.cell_box(cell);
+                let p = held.min + held.size() * (numbers.point(0.5) + 0.5);
+                let (mut d, mut exact) = ([0.0], [GpuMaterial::default()]);
+                evaluator.materials(&[p.x], &[p.y], &[p.z], &mut d, &mut exact);
+                if d[0].abs() > 0.3 * layout.voxel_grid.voxel_size {
+                    continue;
+                }
+                let outwards = program.gradient(p).1.normalize_or_zero();
+                let stored = bricks.material(p, outwards, palette);
+                let stored = stored.expect("a brick is there");
+                let gap = material_gap(&stored, &exact[0]);
+                near += 1;
+                total += gap;
+                off += usize::from(gap > 0.15);
+                let other = bricks
+                    .material(p, outwards, &turned)
+                    .expect("a brick is there");
+                off_turned += usize::from(material_gap(&other, &exact[0]) > 0.15);
+            }
+        }
+        let mean = total / near as f32;
+        assert!(near > 300, "{}: {near}", case.name);
+        assert!(
+            mean < 0.06 && off <= near / 6,
+            "{}: {mean} in the mean, {off} of {near} off",
+            case.name
+        );
+        (all_off, all_turned) = (all_off + off, all_turned + off_turned);
+        all_near += near;
+    }
+    assert!(all_off <= all_near / 14, "{all_off} of {all_near}");
+    assert!(all_turned > 2 * all_off, "{all_turned}, {all_off}");
+    assert!(mixed > 10_000, "{mixed}");
+}
+
+/// A ring of noisy solids that a smooth joint touches takes no more bricks than without the joint, and none too few: what
+/// copies can jump by counts where they are, and not in every cell.
+#[test]
+fn a_blend_beside_a_ring_costs_its_own_bricks_only() {
+    let ring = |blend: f32, amplitude: f32| {
+        let text = format!(
+            r#"{{"argil":1,"brushes":[
+                {{"shape":{{"type":"box","half_size":[0.06,0.3,0.06]}},"modifiers":[
+                    {{"type":"displace","amplitude":{amplitude},"frequency":20}},
+                    {{"type":"translate","by":[0.7,0,0]}},
+                    {{"type":"radial_repeat","count":8}}]}},
+                {{"operator":"union","blend":{blend},"shape":{{"type":"sphere","radius":0.25}}}}]}}"#
+        );
+        Scene::from_json(&text, "ring").expect("a scene")
+    };
+    for (blend, amplitude) in [(0.02, 0.01), (0.05, 0.02)] {
+        let [hard, smooth] = [0.0, blend].map(|blend| {
+            let scene = ring(blend, amplitude);
+            let program = Program::lower(&scene).expect("a program");
+            let layout = layout_of(&program, &scene, 128, 8);
+            let bricks = bake(&program, layout);
+            let (crossed, missed, _) = crossings(&program, &bricks);
+            assert_eq!(missed, 0, "of {crossed}, blend {blend}");
+            bricks.len()
+        });
+        assert!(
+            10 * smooth <= 13 * hard,
+            "{smooth} with a blend, {hard} without"
+        );
+    }
 }

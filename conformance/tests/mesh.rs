@@ -218,7 +218,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                 ..SurfaceOptions::default()
             };
             let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
-            let theirs = mesh.read(field.gpu()).wait().expect("triangles");
+            let theirs = mesh.download(field.gpu()).wait().expect("triangles");
             assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
             assert_eq!(
                 own.positions.len(),
@@ -279,7 +279,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
             ..SurfaceOptions::default()
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
-        let theirs = mesh.read(field.gpu()).wait().expect("triangles");
+        let theirs = mesh.download(field.gpu()).wait().expect("triangles");
         assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
         assert_eq!(own.positions.len(), theirs.positions.len());
         assert_same(&own, &theirs, grid.min, lattice.voxel_size, 1e-4);
@@ -291,7 +291,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
             ..options
         };
         let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");
-        let spread = mesh.read(field.gpu()).wait().expect("triangles");
+        let spread = mesh.download(field.gpu()).wait().expect("triangles");
         assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
         assert_same(&own, &spread, grid.min, lattice.voxel_size, 1e-4);
         assert_eq!(facing(&spread), spread.triangles.len());
@@ -310,7 +310,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
             ..SurfaceOptions::default()
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
-        mesh.read(field.gpu()).wait().expect("triangles")
+        mesh.download(field.gpu()).wait().expect("triangles")
     };
     let first = lattice.grid(0).min;
     let (one, other) = (
@@ -343,7 +343,7 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
         };
         let (mesh, stages) = volume.march(&field, &options).wait().expect("triangles");
         assert!(stages.iter().any(|(stage, _)| *stage == "refine"));
-        mesh.read(field.gpu()).wait().expect("triangles")
+        mesh.download(field.gpu()).wait().expect("triangles")
     };
     let (moved, left) = (march(true), march(false));
     assert!(

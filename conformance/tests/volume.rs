@@ -88,7 +88,7 @@ fn gpu_dense_volumes_are_the_cpus() {
                 .wait()
                 .expect("a volume");
             assert!(!stages.is_empty() && stages.iter().all(|(_, ms)| *ms > 0.0));
-            let found = dense_of(volume.read(&gpu).wait().expect("a volume"));
+            let found = dense_of(volume.download(&gpu).wait().expect("a volume"));
             assert_eq!(cpu.levels().len(), found.levels().len());
             for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
                 let range = encoding.band_width(&lattice, level as u32);
@@ -131,7 +131,7 @@ fn pruned_bakes_are_whole_bakes() {
             },
             ..Encoding::default()
         };
-        let whole = Dense::bake_whole(&program, lattice, encoding, true);
+        let whole = Dense::bake_unpruned(&program, lattice, encoding, true);
         let pruned = Dense::bake(&program, lattice, encoding, true);
         assert!(whole == pruned, "{}", case.name);
     }
@@ -173,12 +173,12 @@ fn gpu_octrees_are_the_cpus() {
         (53, sixteen_bits(enumerated), BrickOrdering::EnumerationSort),
         (
             40,
-            settings(8, Some(4), BrickTest::CenterInRange),
+            settings(8, Some(4), BrickTest::CenterInBand),
             BrickOrdering::EnumerationSort,
         ),
         (
             72,
-            settings(32, Some(3), BrickTest::CenterInRange),
+            settings(32, Some(3), BrickTest::CenterInBand),
             BrickOrdering::PrefixSum,
         ),
     ];
@@ -197,7 +197,7 @@ fn gpu_octrees_are_the_cpus() {
             assert_eq!(stages.len(), 5);
             let info = volume.info(&gpu).wait().expect("a tree");
             let size = info.octree.map(|tree| (tree.bricks, tree.nodes));
-            let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
+            let found = octree_of(volume.download(&gpu).wait().expect("an octree"));
             assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
             let own = (found.tree().codes().len(), found.tree().nodes().len());
@@ -247,7 +247,7 @@ fn large_octrees_go_past_one_workgroup() {
             GpuVolume::octree(&field, &program, layout, BrickTest::Conservative, order)
                 .wait()
                 .expect("an octree");
-        let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
+        let found = octree_of(volume.download(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
     }
 }
@@ -267,7 +267,7 @@ fn the_limits_that_every_device_has_are_enough() {
     let (volume, _) = GpuVolume::dense(&field, &program, lattice, encoding, true, DenseFill::Tiled)
         .wait()
         .expect("a volume");
-    let found = dense_of(volume.read(&gpu).wait().expect("a volume"));
+    let found = dense_of(volume.download(&gpu).wait().expect("a volume"));
     for (a, b) in cpu.levels().iter().zip(found.levels()) {
         assert!(gap(a, b).1 <= allowed);
     }
@@ -279,7 +279,7 @@ fn the_limits_that_every_device_has_are_enough() {
             GpuVolume::octree(&field, &program, layout, BrickTest::Conservative, order)
                 .wait()
                 .expect("an octree");
-        let found = octree_of(volume.read(&gpu).wait().expect("an octree"));
+        let found = octree_of(volume.download(&gpu).wait().expect("an octree"));
         assert_eq!(cpu.tree(), found.tree());
         assert!(gap(cpu.texels(), found.texels()).1 <= allowed);
         let frames = frame(
@@ -322,7 +322,7 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
         own.iter().map(|&s| f32::from(s)).collect()
     };
     for volume in [&built, &brought] {
-        let Volume::Bricks(found) = volume.read(&gpu).wait().expect("bricks") else {
+        let Volume::Bricks(found) = volume.download(&gpu).wait().expect("bricks") else {
             panic!("bricks");
         };
         assert_eq!(found.len(), own.len());
@@ -388,7 +388,7 @@ fn no_level_overstates_the_distance() {
                     case.name
                 );
                 // Negative control: without what is taken off, levels do overstate.
-                let bias = encoding.fill(&program, &lattice, level).first_bias[3];
+                let bias = encoding.fill_uniform(&program, &lattice, level).first_bias[3];
                 over += usize::from(level > 0 && stored + bias > d + 2e-3);
             }
         }
@@ -507,7 +507,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
     for (name, volume, descent) in &volumes {
         let on_gpu = GpuVolume::upload(&field, volume).wait().expect("a volume");
         assert!(
-            on_gpu.read(&gpu).wait().expect("a volume") == *volume,
+            on_gpu.download(&gpu).wait().expect("a volume") == *volume,
             "{name}"
         );
         let mut views = vec![
@@ -606,7 +606,7 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let program = Program::lower(&scene).expect("a program");
     let lattice = lattice(&scene, &program, 256);
     // The study's test keeps a brick whose center is within the range, here 0.25.
-    let mut settings = settings(32, None, BrickTest::CenterInRange);
+    let mut settings = settings(32, None, BrickTest::CenterInBand);
     settings.encoding.band = Band::Voxels(0.25 * 128.0);
     let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
     let (octree, _) = Octree::bake(&program, layout, settings.brick_test);

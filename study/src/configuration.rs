@@ -159,7 +159,7 @@ impl Configuration {
                 options.settings.encoding = self.encoding(options.settings.encoding);
                 options.settings.brick_size_voxels = brick;
                 if center {
-                    options.settings.brick_test = BrickTest::CenterInRange;
+                    options.settings.brick_test = BrickTest::CenterInBand;
                 }
                 if enumerated {
                     options.order = BrickOrdering::EnumerationSort;

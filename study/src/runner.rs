@@ -12,7 +12,7 @@ use argil::{
     Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, RenderedImage, Representation, World,
 };
 use argil_metrics::surface::{SurfaceDistance, sample_surface};
-use argil_metrics::{ErrorStats, Picture, depth, flip, laplacian, psnr, ssim};
+use argil_metrics::{ErrorStats, Rgb8Image, depth, flip, laplacian, psnr, ssim};
 use image::RgbImage;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -206,12 +206,12 @@ fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
 }
 
 /// Converts an image for metrics and for storage.
-fn measured(own: &RgbImage) -> anyhow::Result<Picture> {
-    let measured = Picture::new(own.dimensions().into(), own.as_raw().clone());
+fn measured(own: &RgbImage) -> anyhow::Result<Rgb8Image> {
+    let measured = Rgb8Image::new(own.dimensions().into(), own.as_raw().clone());
     measured.context("a picture of another size")
 }
 
-fn kept(own: &Picture) -> anyhow::Result<RgbImage> {
+fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
     let [width, height] = own.size();
     RgbImage::from_raw(width, height, own.rgb().to_vec()).context("a picture of another size")
 }

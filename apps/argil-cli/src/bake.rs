@@ -78,7 +78,7 @@ fn report(
     let build_ms = output::median(samples);
     let mut report = json!({
         "device": world.engine().device(),
-        "device_reason": world.engine().reason(),
+        "device_reason": world.engine().selection_reason(),
         "brushes": world.program().brush_count(),
         "build_ms": build_ms,
         "builds_ms": samples,
@@ -109,7 +109,11 @@ fn report(
         output::line(&path.display().to_string());
     }
     let engine = world.engine();
-    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    output::line(&format!(
+        "on {}: {}",
+        engine.device(),
+        engine.selection_reason()
+    ));
     let parts: Vec<_> = stages
         .iter()
         .map(|(stage, ms)| format!("{stage} {:.2}", output::median(ms)))

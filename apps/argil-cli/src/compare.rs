@@ -4,7 +4,7 @@ use crate::args::Compare;
 use crate::output;
 use anyhow::{Context, ensure};
 use argil_metrics::flip::{FlipMap, flip};
-use argil_metrics::{Picture, differing_pixels, laplacian, psnr, ssim};
+use argil_metrics::{Rgb8Image, differing_pixels, laplacian, psnr, ssim};
 use serde_json::json;
 use std::path::Path;
 
@@ -71,26 +71,26 @@ pub(crate) fn run(options: &Compare) -> anyhow::Result<()> {
 }
 
 /// Reads an image as 8-bit sRGB.
-fn picture(path: &Path) -> anyhow::Result<Picture> {
+fn picture(path: &Path) -> anyhow::Result<Rgb8Image> {
     let read = argil::read_png(path)?;
-    if read.had_more {
+    if read.lost_precision {
         eprintln!(
             "warning: {}: only 8-bit red, green and blue are compared; alpha and extra bits are ignored",
             path.display()
         );
     }
-    Picture::new(read.size, read.rgb)
+    Rgb8Image::new(read.size, read.rgb)
         .with_context(|| format!("{}: the image has another size", path.display()))
 }
 
-fn save(path: &Path, map: &Picture) -> anyhow::Result<()> {
+fn save(path: &Path, map: &Rgb8Image) -> anyhow::Result<()> {
     Ok(argil::save_png(path, map.size(), map.rgb())?)
 }
 
 /// Converts a difference map to an image, from black through red and yellow to white.
-fn map(seen: &FlipMap) -> Picture {
+fn map(seen: &FlipMap) -> Rgb8Image {
     let [width, height] = seen.size;
-    Picture::of([width, height], |x, y| {
+    Rgb8Image::of([width, height], |x, y| {
         let v = 3.0 * seen.values[(y * width + x) as usize].sqrt();
         let part = |from: f32| ((v - from).clamp(0.0, 1.0) * 255.0).round() as u8;
         [part(0.0), part(1.0), part(2.0)]

@@ -17,7 +17,7 @@ pub(crate) fn run(options: &Devices) -> anyhow::Result<()> {
             "devices": list,
             "cpu": Engine::cpu().device(),
             "auto": chosen.device(),
-            "auto_reason": chosen.reason(),
+            "auto_reason": chosen.selection_reason(),
         }));
         return Ok(());
     }
@@ -36,7 +36,7 @@ pub(crate) fn run(options: &Devices) -> anyhow::Result<()> {
     output::line(&format!(
         "--device auto takes {}, because {}",
         chosen.device(),
-        chosen.reason()
+        chosen.selection_reason()
     ));
     Ok(())
 }

@@ -214,7 +214,7 @@ fn report(
         let edits: Vec<Value> = done.iter().map(edit).collect();
         output::json(&json!({
             "device": world.engine().device(),
-            "device_reason": world.engine().reason(),
+            "device_reason": world.engine().selection_reason(),
             "resolution": world.resolution(),
             "brushes": scene.brush_count(),
             "build_ms": build_ms,
@@ -227,7 +227,11 @@ fn report(
         return;
     }
     let engine = world.engine();
-    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    output::line(&format!(
+        "on {}: {}",
+        engine.device(),
+        engine.selection_reason()
+    ));
     output::line(&format!("built in {build_ms:.2} ms"));
     output::line(&format!(
         "{} edits: median {:.3} ms, p99 {:.3}, max {:.3}; {bricks} bricks sampled",

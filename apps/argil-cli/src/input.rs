@@ -76,7 +76,7 @@ pub(crate) fn is_volume(path: &Path) -> anyhow::Result<bool> {
     let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
     if is_named_so && !is_volume && path.is_file() {
-        return Err(argil::volume::VolumeError::Other(path.into()).into());
+        return Err(argil::volume::VolumeError::NotAVolumeFile(path.into()).into());
     }
     Ok(is_volume)
 }
@@ -154,7 +154,7 @@ pub(crate) fn representation(
     if let Some(flag) = idle_flag(via, flags) {
         anyhow::bail!(
             "{flag} has no effect with --via {}: omit it, or choose another --via",
-            via.word()
+            via.name()
         );
     }
     let of_gpu = [
@@ -206,14 +206,14 @@ pub(crate) fn representation(
         }
         other => {
             let mut all = Representation::all(resolution).into_iter();
-            all.find(|via| via.word() == other.word()).unwrap_or(other)
+            all.find(|via| via.name() == other.name()).unwrap_or(other)
         }
     })
 }
 
 /// Returns the first flag that is given but has no effect on a representation.
 fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
-    let word = via.word();
+    let word = via.name();
     // Each flag, whether it is given, and the representations that use it.
     let volumes = ["dense", "octree", "bricks"];
     let all: [(&'static str, bool, &[&str]); 15] = [

@@ -172,7 +172,7 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
     let build_ms = world.build_timings().duration_ms;
     let mut whole = json!({
         "device": world.engine().device(),
-        "via": world.representation().word(),
+        "via": world.representation().name(),
         "resolution": meshed.voxel_grid.size.to_array(),
         "voxel": meshed.voxel_grid.voxel_size,
         "brushes": world.program().brush_count(),

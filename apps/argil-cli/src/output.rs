@@ -40,7 +40,7 @@ pub(crate) fn pair(key: &str, value: &Value) {
 pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     let bounds = info.voxel_grid.aabb();
     let mut about = json!({
-        "via": via.word(),
+        "via": via.name(),
         "resolution": info.voxel_grid.size.to_array(),
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.voxel_grid.voxel_size,
@@ -53,7 +53,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     let own = match (&info.octree, &info.bricks) {
         (None, None) => json!({ "levels": info.levels }),
         (None, Some(sparse)) => {
-            let cells = sparse.layout.grid().to_array().map(u64::from);
+            let cells = sparse.layout.size_cells().to_array().map(u64::from);
             json!({
                 "brick": sparse.layout.brick_size_voxels,
                 "bricks": sparse.bricks,

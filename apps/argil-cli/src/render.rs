@@ -206,8 +206,8 @@ fn json_report(
     let kept = world.representation();
     let mut report = json!({
         "device": engine.device(),
-        "device_reason": engine.reason(),
-        "via": kept.word(),
+        "device_reason": engine.selection_reason(),
+        "via": kept.name(),
         "size": drawn.size,
         "brushes": world.program().brush_count(),
         "build_ms": build_ms,
@@ -279,7 +279,11 @@ fn report(
     if let Some(path) = picture {
         output::line(&format!("{} ({w}x{h})", path.display()));
     }
-    output::line(&format!("on {}: {}", engine.device(), engine.reason()));
+    output::line(&format!(
+        "on {}: {}",
+        engine.device(),
+        engine.selection_reason()
+    ));
     let median = times["median"].as_f64().unwrap_or(0.0);
     output::line(&format!(
         "{} brushes, built in {build_ms:.1} ms, drawn in {median:.1} ms{}",

@@ -25,7 +25,7 @@ impl Pipeline {
     }
 
     fn of(via: Representation) -> Self {
-        Self(via.word())
+        Self(via.name())
     }
 
     /// Returns the label.
@@ -36,13 +36,13 @@ impl Pipeline {
 
     /// Returns true if it has bricks to show.
     pub(crate) fn has_bricks(self) -> bool {
-        self.via(1).shows(RenderMode::Bricks)
+        self.via(1).supports_mode(RenderMode::Bricks)
     }
 
     /// Returns the engine's representation.
     pub(crate) fn via(self, resolution: u32) -> Representation {
         let all = Representation::all(resolution);
-        let found = all.into_iter().find(|via| via.word() == self.0);
+        let found = all.into_iter().find(|via| via.name() == self.0);
         match found.unwrap_or_default() {
             Representation::Dense(options) => Representation::Dense(DenseOptions {
                 mips: true,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use argil_metrics::Picture;
+use argil_metrics::Rgb8Image;
 use argil_metrics::flip::{PIXELS_PER_DEGREE, flip};
 use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
@@ -85,6 +85,6 @@ fn bricks_are_seen_from_above() {
     looks_as_before(&mut desk, "top");
 }
 
-fn measured(own: &RgbImage) -> Picture {
-    Picture::new(own.dimensions().into(), own.as_raw().clone()).expect("a picture")
+fn measured(own: &RgbImage) -> Rgb8Image {
+    Rgb8Image::new(own.dimensions().into(), own.as_raw().clone()).expect("a picture")
 }

@@ -200,7 +200,7 @@ struct Hit {
     mark: u32,
     pad0: u32,
 }
-struct QueryUniform {
+struct QueryPoint {
     point: vec4<f32>,
 }
 struct QueryResult {
@@ -208,7 +208,7 @@ struct QueryResult {
     base_roughness: vec4<f32>,
     emission_metallic: vec4<f32>,
 }
-struct DenseVolume {
+struct DenseUniform {
     corner: vec3<f32>,
     range: f32,
     extent: vec3<f32>,
@@ -222,7 +222,7 @@ struct DenseVolume {
     grid_z: u32,
     quanta: u32,
 }
-struct OctreeVolume {
+struct OctreeUniform {
     corner: vec3<f32>,
     range: f32,
     extent: vec3<f32>,
@@ -250,7 +250,7 @@ struct CellTable {
     pad0: u32,
     pad1: u32,
 }
-struct BrickVolume {
+struct BrickUniform {
     corner: vec3<f32>,
     range: f32,
     extent: vec3<f32>,
@@ -279,7 +279,7 @@ struct BrickVolume {
     pad1: u32,
     pad2: u32,
 }
-struct BrickBuild {
+struct BrickBuildUniform {
     corner: vec3<f32>,
     voxel: f32,
     low_x: i32,

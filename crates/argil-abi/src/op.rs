@@ -3,10 +3,10 @@
 use crate::declare::constants;
 
 constants! { OPCODES:
-    /// Combines a shape with the accumulator. Opcodes below are evaluated point by point; the table of shapes
-    /// assigns them.
+    /// The first opcode of the shapes that search for the nearest of many points. Those with lower opcodes evaluate a
+    /// formula. The table of shapes assigns the opcodes.
     OP_FIRST_ITERATIVE = 48;
-    /// One more than the last shape's opcode. Those from `OP_FIRST_ITERATIVE` on search for the nearest of many points.
+    /// One more than the last shape's opcode.
     OP_SHAPES_END = 64;
     /// Saves the accumulator and starts an empty one.
     OP_PUSH_VALUE = 64;
@@ -89,49 +89,49 @@ constants! { FLAGS:
     BUILD_BLOCKS = 0;
     /// Only count the bricks that the given blocks would need, and write none.
     BUILD_COUNT_ONLY = 1;
-    /// Counters of a build: cells that the surface can pass through.
+    /// Counts the cells that the surface can pass through.
     COUNTER_CANDIDATES = 0;
-    /// Bricks that were taken from the pool.
+    /// Counts the bricks that were taken from the pool.
     COUNTER_BRICKS = 1;
-    /// Mixed bricks that were taken from the pool.
+    /// Counts the mixed bricks that were taken from the pool.
     COUNTER_MIXED = 2;
-    /// Words that lists have taken.
+    /// Counts the words of pruned programs.
     COUNTER_LISTS = 3;
-    /// Bricks that return to the pool when all are built.
+    /// Counts the bricks that return to the pool after the build.
     COUNTER_FREED = 4;
-    /// Mixed bricks that return to the pool.
+    /// Counts the mixed bricks that return to the pool after the build.
     COUNTER_FREED_MIXED = 5;
-    /// Free places among those ever taken. A stack behind the counters lists them.
+    /// Counts the free slots below the high-water mark. A stack behind the counters lists them.
     COUNTER_FREE = 6;
-    /// Free places of mixed bricks, whose stack follows.
+    /// Counts the free slots of mixed bricks. Their stack follows the other.
     COUNTER_FREE_MIXED = 7;
-    /// Places of the pool that were ever taken: its high-water mark.
+    /// The high-water mark of the pool: slots that were ever taken.
     COUNTER_HIGH_WATER = 8;
-    /// Places of mixed bricks that were ever taken.
+    /// The high-water mark of mixed bricks.
     COUNTER_HIGH_WATER_MIXED = 9;
-    /// Bricks that were ever sampled, modulo 2³².
+    /// Counts the bricks that were ever sampled, modulo 2³².
     COUNTER_FILLED = 10;
-    /// Bricks that were ever added to cells without one.
+    /// Counts the bricks that were ever added to cells without one, modulo 2³².
     COUNTER_ADDED = 11;
-    /// Bricks that were ever removed.
+    /// Counts the bricks that were ever removed, modulo 2³².
     COUNTER_REMOVED = 12;
     /// Number of counters.
     COUNTERS = 16;
-    /// Source of bricks' normals: the gradient in the voxel.
+    /// Normals of bricks: the gradient of the samples in the voxel.
     NORMALS_VOXEL = 0;
-    /// Differences over one voxel.
+    /// Normals of bricks: differences of samples over one voxel.
     NORMALS_SMOOTH = 1;
-    /// The field's gradient.
+    /// Normals of bricks: the gradient of the field.
     NORMALS_FIELD = 2;
-    /// What a ray hit: nothing.
+    /// The ray hit nothing.
     HIT_NONE = 0;
-    /// The surface, seen from outside.
+    /// The ray hit the surface from outside.
     HIT_OUTSIDE = 1;
-    /// The surface, seen from inside a solid.
+    /// The ray started in a solid and hit its surface from inside.
     HIT_INSIDE = 2;
-    /// The ground plane.
+    /// The ray hit the ground plane.
     HIT_GROUND = 3;
-    /// Nothing yet: the ray continues in the next dispatch.
+    /// The ray has hit nothing yet, and continues in the next dispatch.
     HIT_PENDING = 4;
     /// Slots of the GPU interpreter's stacks of values and of points.
     GPU_STACK_SLOTS = 32;
@@ -141,21 +141,22 @@ constants! { FLAGS:
     DESCENT_PATH = 1;
     /// Maximum levels of an octree's nodes.
     OCTREE_MAX_DEPTH = 8;
-    /// Words of an octree's table: the number of bricks.
+    /// Word of an octree's header: the number of bricks.
     OCTREE_HEADER_BRICKS = 0;
-    /// The number of nodes.
+    /// Word of an octree's header: the number of nodes.
     OCTREE_HEADER_NODES = 1;
-    /// The first of one word per level: where each begins among the nodes, parents of bricks first.
+    /// First of the words of an octree's header that say where each level begins among the nodes. The level of the
+    /// bricks' parents comes first.
     OCTREE_HEADER_LEVELS = 2;
-    /// Number of words of that table.
+    /// Number of words of an octree's header.
     OCTREE_HEADER_WORDS = 16;
-    /// Normals of a mesh's vertices: none.
+    /// Vertices of a mesh: no normals.
     MARCH_NONE = 0;
-    /// The gradient of the samples.
+    /// Vertices of a mesh: normals from the gradient of the samples.
     MARCH_GRADIENT = 1;
-    /// The gradient of the field.
+    /// Vertices of a mesh: normals from the gradient of the field.
     MARCH_FIELD = 2;
-    /// The triangles' own, if vertices are not shared.
+    /// Vertices of a mesh: the normals of the triangles, if vertices are not shared.
     MARCH_FACE = 3;
     /// Workgroups in a row of a dispatch over a list.
     DISPATCH_ROW = 32768;

@@ -2,7 +2,7 @@
 
 use crate::declare::shared_struct;
 use crate::layout::StructLayout;
-use crate::volumes::{BrickBuild, BrickVolume, CellTable, DenseVolume, OctreeVolume};
+use crate::volumes::{BrickBuildUniform, BrickUniform, CellTable, DenseUniform, OctreeUniform};
 
 shared_struct! {
     /// One step of a program.
@@ -67,8 +67,8 @@ shared_struct! {
         first_row: u32,
         /// Maximum steps of a ray.
         max_steps: u32,
-        /// A `SHOW_…`.
-        show: u32,
+        /// A `MODE_…`.
+        mode: u32,
         /// Reciprocal of the number of samples per pixel.
         sample_weight: f32,
         /// Maximum length at which a ray may hit the ground.
@@ -121,7 +121,7 @@ shared_struct! {
 
 shared_struct! {
     /// A point at which to evaluate the field.
-    QueryUniform {
+    QueryPoint {
         /// Position, then a spare word.
         point: [f32; 4],
     }
@@ -182,8 +182,8 @@ shared_struct! {
         cells_room: u32,
         /// Number of blocks to build.
         count: u32,
-        /// A `MAKE_…`: build blocks, or count what they need.
-        make: u32,
+        /// A `BUILD_…`: whether to build blocks or to count what they need.
+        build_mode: u32,
         /// Index of the blocks' slots.
         blocks_at: u32,
         /// Index of the masks of cells to sample, two words per block.
@@ -230,7 +230,7 @@ shared_struct! {
 shared_struct! {
     /// A node of an octree. Child `i` of a node of level `l` is at the offset of the level below, plus
     /// `child_offset`, plus the number of bits of `valid_mask` below `i`.
-    Node {
+    OctreeNode {
         /// The first child's index in its level.
         child_offset: u32,
         /// A bit for each existing child.
@@ -245,15 +245,15 @@ pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
     (GpuMaterial::LAYOUT, GpuMaterial::FIELD_TYPES),
     (FrameUniform::LAYOUT, FrameUniform::FIELD_TYPES),
     (Hit::LAYOUT, Hit::FIELD_TYPES),
-    (QueryUniform::LAYOUT, QueryUniform::FIELD_TYPES),
+    (QueryPoint::LAYOUT, QueryPoint::FIELD_TYPES),
     (QueryResult::LAYOUT, QueryResult::FIELD_TYPES),
-    (DenseVolume::LAYOUT, DenseVolume::FIELD_TYPES),
-    (OctreeVolume::LAYOUT, OctreeVolume::FIELD_TYPES),
+    (DenseUniform::LAYOUT, DenseUniform::FIELD_TYPES),
+    (OctreeUniform::LAYOUT, OctreeUniform::FIELD_TYPES),
     (CellTable::LAYOUT, CellTable::FIELD_TYPES),
-    (BrickVolume::LAYOUT, BrickVolume::FIELD_TYPES),
-    (BrickBuild::LAYOUT, BrickBuild::FIELD_TYPES),
+    (BrickUniform::LAYOUT, BrickUniform::FIELD_TYPES),
+    (BrickBuildUniform::LAYOUT, BrickBuildUniform::FIELD_TYPES),
     (FillUniform::LAYOUT, FillUniform::FIELD_TYPES),
     (PruneUniform::LAYOUT, PruneUniform::FIELD_TYPES),
     (MarchingUniform::LAYOUT, MarchingUniform::FIELD_TYPES),
-    (Node::LAYOUT, Node::FIELD_TYPES),
+    (OctreeNode::LAYOUT, OctreeNode::FIELD_TYPES),
 ];

@@ -37,30 +37,31 @@ numbers! { NUMBERS:
     SATURATED: f32 = 0.99;
     /// Below this fraction of the band, the next finer level, with half the band, is more precise.
     DENSE_NEAR: f32 = 0.28;
-    /// Below this distance in voxels, a ray looks for the surface in its voxel.
+    /// Below this distance in voxels, a ray intersects the surface of its voxel.
     NEAR_VOXELS: f32 = 0.2;
-    /// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
+    /// Minimum distance in voxels from the border of the stored samples at which a pixel's footprint ends a ray.
     BRICK_MARGIN_VOXELS: f32 = 2.5;
     /// The weight of a mixed brick's point on another surface, relative to 1.
     MIN_WEIGHT: f32 = 1e-3;
-    /// Up to this multiple of the distance that decides whether a brick is mixed, its points keep their own
-    /// materials: within half of its diagonal, as far as lists give distances.
+    /// Multiple of the distance that decides whether a brick is mixed. Points of a mixed brick that are closer to the
+    /// surface keep their own materials. Pruned programs give exact distances up to there.
     MATERIAL_OWN_RATIO: f32 = 1.48;
     /// Fraction of the largest over-relaxed step along a plane.
     RELAXATION: f32 = 0.9;
-    /// A ray that leaves a cell or a voxel advances by this many voxels, to be inside the next,
+    /// A ray that leaves a cell or a voxel advances by at least this many voxels, to be inside the next one.
     NUDGE_VOXELS: f32 = 1e-3;
-    /// by this fraction of its length,
+    /// A ray that leaves a cell or a voxel also advances by this fraction of its length.
     NUDGE_RELATIVE: f32 = 5e-7;
-    /// and by this fraction of its position in voxels, in a world so wide that rounding exceeds that.
+    /// A ray that leaves a cell or a voxel also advances by this fraction of its position in voxels, because rounding
+    /// grows with the position.
     NUDGE_POSITION: f32 = 2.5e-7;
-    /// Units of marching cubes that one workgroup adds up.
+    /// Marching-cubes units that one workgroup sums up.
     UNITS_PER_GROUP: u32 = 256;
     /// Minimum distance of a mesh's vertex from a sample, as a fraction of its edge.
     MIN_EDGE_FRACTION: f32 = 0.00390625;
     /// The top bit of a cell's word without a brick.
     WORD_EMPTY: u32 = 0x8000_0000;
-    /// Set in such a word if its whole block has no brick.
+    /// The bit of a word without a brick that says that its whole block has no brick.
     WORD_BLOCK_EMPTY: u32 = 1;
     /// Marks an entry of the block table that is neither block nor node: the index of a far slot follows.
     FAR_ENTRY: u32 = 0x8000_0000;

@@ -4,7 +4,7 @@ use crate::declare::shared_struct;
 
 shared_struct! {
     /// A dense volume of stored distances over a box.
-    DenseVolume {
+    DenseUniform {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
@@ -34,7 +34,7 @@ shared_struct! {
 
 shared_struct! {
     /// An octree of bricks in a box.
-    OctreeVolume {
+    OctreeUniform {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
@@ -95,7 +95,7 @@ shared_struct! {
 
 shared_struct! {
     /// Sparse bricks for readers: rays, marching cubes, and repacking.
-    BrickVolume {
+    BrickUniform {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
@@ -155,7 +155,7 @@ shared_struct! {
 
 shared_struct! {
     /// Sparse bricks while some of their blocks are built.
-    BrickBuild {
+    BrickBuildUniform {
         /// Minimum corner of the grid.
         corner: [f32; 3],
         /// Edge of a voxel.

@@ -121,7 +121,7 @@ impl Program {
 pub struct ClearanceModel {
     /// The error of a distance.
     pub slack: f32,
-    /// What copies can add to it beyond the isolation.
+    /// The additional error at points from which no surface is within `isolation`.
     pub hidden: f32,
     /// A copy that a point does not evaluate is at least this far away.
     pub isolation: f32,

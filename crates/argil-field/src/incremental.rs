@@ -24,7 +24,7 @@ use crate::part_grid::PartGrid;
 use crate::pieces::{PieceInfo, ROOT, regularity_of};
 use crate::program::Program;
 use crate::{ClearanceModel, LowerError, OpcodeSet};
-pub use additions::{Additions, HardUnionBrush};
+pub use additions::{Additions, HardBrush};
 use arena::Arena;
 use argil_math::Aabb;
 use argil_scene::{Extents, NodeId, Scene, SceneChange};

@@ -41,7 +41,7 @@ mod specialize;
 pub use bounds::ClearanceModel;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
-pub use incremental::{Additions, ChangeSet, HardUnionBrush, IncrementalProgram, UpdateOutcome};
+pub use incremental::{Additions, ChangeSet, HardBrush, IncrementalProgram, UpdateOutcome};
 pub use jumps::NearJumps;
 pub use lower::LowerError;
 pub use marks::CELLS_PER_BATCH;

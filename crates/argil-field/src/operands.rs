@@ -164,7 +164,7 @@ impl OperandIndex {
 
     /// Appends the instructions that can matter in a part, in the program's order. In the part, they give the
     /// program's distances below [`PartGrid::far`]. `program` must be the indexed one.
-    pub fn list(&self, program: &Program, part: IVec3, out: &mut Vec<Instruction>) {
+    pub fn part_program(&self, program: &Program, part: IVec3, out: &mut Vec<Instruction>) {
         let mut found: Vec<u32> = self.everywhere.clone();
         for level in 0..self.levels.min(LEVELS) {
             if let Some(near) = self.near.get(&(level, part >> (2 * level))) {

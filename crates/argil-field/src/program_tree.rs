@@ -1,8 +1,8 @@
 //! Pruned programs in a tree, created when a point is first asked about.
 //!
 //! *Theory.* The instructions that a [`Pruner`] leaves for a cell give the program's values everywhere in the cell,
-//! however far the surface is. So programs can be refined from coarse to fine, and a point costs what is as near as
-//! its nearest operand, within a cell's size.
+//! however far the surface is. So programs can be refined from coarse to fine. The cost of a point depends only on
+//! the operands that are about as near as the nearest one, within a cell's size.
 //!
 //! *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All
 //! programs together are limited in memory. If the limit is reached, coarser programs serve. Threads share a tree.
@@ -96,7 +96,7 @@ impl ProgramTree {
 
     /// Returns the program for a point, and the cell where it holds. Returns `None` outside the tree's cube.
     /// `program` must be the tree's.
-    pub fn list(&self, program: &Program, point: Vec3) -> Option<(&[Instruction], Aabb)> {
+    pub fn program_at(&self, program: &Program, point: Vec3) -> Option<(&[Instruction], Aabb)> {
         let mut node = self.holds(point).then_some(&self.root)?;
         let (mut corner, mut edge) = (self.corner, self.edge);
         for depth in 0..DEPTH {
@@ -348,7 +348,7 @@ mod tests {
         let mut beyond = 0;
         for &point in &points {
             let p = Vec3::from(point);
-            let Some((list, cell)) = tree.list(&program, p) else {
+            let Some((list, cell)) = tree.program_at(&program, p) else {
                 beyond += 1;
                 continue;
             };
@@ -367,7 +367,7 @@ mod tests {
         let tree = ProgramTree::new(&program, program.aabb()).expect("a tree");
         let points = points(20_000);
         let ask = || -> Vec<usize> {
-            let lists = points.iter().map(|&p| tree.list(&program, p.into()));
+            let lists = points.iter().map(|&p| tree.program_at(&program, p.into()));
             lists
                 .map(|list| list.map_or(0, |(list, _)| list.len()))
                 .collect()

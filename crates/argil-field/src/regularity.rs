@@ -4,7 +4,7 @@ use crate::node_map::NodeMap;
 use argil_math::Aabb;
 use argil_scene::{
     BlendProfile, Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene,
-    copies_looked_at, half_angle_about_y, max_blend_propagation,
+    evaluated_copies, half_angle_about_y, max_blend_propagation,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -221,7 +221,7 @@ fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
 /// which the solid's distance underestimates the Euclidean one, and by at most the largest distance between points
 /// of neighboring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
-    let looked_at = copies_looked_at(modifier, content);
+    let looked_at = evaluated_copies(modifier, content);
     let takes_all = match *modifier {
         Modifier::Repeat { count, .. } => count == Some(looked_at),
         Modifier::RadialRepeat { count } => count == looked_at[0],
@@ -253,13 +253,13 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     let (spacing, count) = match *modifier {
         Modifier::Repeat { spacing, count } => (spacing, count),
         Modifier::RadialRepeat { count } => {
-            let looked_at = copies_looked_at(modifier, content)[0];
+            let looked_at = evaluated_copies(modifier, content)[0];
             return radial_isolation(count, looked_at, content.aabb);
         }
         _ => return 0.0,
     };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
-    let looked_at = copies_looked_at(modifier, content);
+    let looked_at = evaluated_copies(modifier, content);
     (0..3)
         .filter(|&axis| match count {
             Some(count) => count[axis] != looked_at[axis],

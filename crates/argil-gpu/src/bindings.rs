@@ -35,11 +35,11 @@ pub(crate) const PICTURE_WGSL: &str = "
 ";
 
 pub(crate) const QUERY_WGSL: &str = "
-@group(0) @binding(BIND_QUERIES) var<storage, read> queries: array<QueryUniform>;
+@group(0) @binding(BIND_QUERIES) var<storage, read> queries: array<QueryPoint>;
 @group(0) @binding(BIND_ANSWERS) var<storage, read_write> answers: array<QueryResult>;
 ";
 
-/// A volume, whose uniform `DenseVolume`, `OctreeVolume` or `BrickVolume` is declared next to it.
+/// A volume, whose uniform `DenseUniform`, `OctreeUniform` or `BrickUniform` is declared next to it.
 pub(crate) const VOLUME_WGSL: &str = "
 @group(0) @binding(BIND_STORED) var stored: texture_3d<f32>;
 @group(0) @binding(BIND_LINEAR) var linear: sampler;

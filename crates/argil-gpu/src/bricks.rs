@@ -28,18 +28,17 @@ use crate::trace_mode::{BoundResource, TraceMode};
 use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{self as abi, BrickVolume};
+use argil_abi::{self as abi, BrickUniform};
 use argil_field::Program;
 use argil_math::Control;
-use argil_volume::wgsl::{BRICK_CELLS, BRICK_MATERIALS};
 use argil_volume::{
     BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, PendingEdits, SampleFormat,
-    Texels, Volume, VolumeInfo, empty_word, is_brick,
+    Texels, Volume, VolumeInfo, empty_word, is_brick, wgsl,
 };
 use std::collections::BTreeSet;
 
 const BRICKS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
 ";
 
 macro_rules! way {
@@ -48,7 +47,8 @@ macro_rules! way {
             name: $name,
             march: argil_render::wgsl::BRICKS,
             tables: || {
-                [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL].concat() + BRICK_CELLS + BRICK_MATERIALS
+                let bindings = [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL].concat();
+                bindings + wgsl::BRICK_CELLS + wgsl::BRICK_MATERIALS
             },
             binds: &[
                 Bind::Uniform(VOLUME),
@@ -122,7 +122,7 @@ impl VolumeTables for BrickTables {
         gpu: &Gpu,
         edits: &dyn PendingEdits,
     ) -> Result<(), GpuError> {
-        match BrickPendingEdits::among(edits) {
+        match BrickPendingEdits::downcast_ref(edits) {
             Some(edits) => self.grow_to(body, gpu, edits.layout),
             None => Ok(()),
         }
@@ -301,7 +301,7 @@ impl GpuVolume {
             )?,
             lipschitz: bricks.lipschitz(),
             making: None,
-            uniform: BrickVolume::default(),
+            uniform: BrickUniform::default(),
         };
         volume_of(field, texture, tables)
     }

@@ -10,7 +10,7 @@ use crate::trace_mode::{TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{DenseVolume, FillUniform};
+use argil_abi::{DenseUniform, FillUniform};
 use argil_field::Program;
 use argil_render::wgsl;
 use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
@@ -24,11 +24,11 @@ const TILE: u32 = 32;
 /// A dense volume has only its texture.
 #[derive(Debug)]
 struct DenseTables {
-    words: DenseVolume,
+    words: DenseUniform,
 }
 
 const DENSE_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseUniform;
 ";
 
 static DENSE: TraceMode = TraceMode {
@@ -90,8 +90,8 @@ impl Upload for Dense {
 }
 
 /// Returns the uniform of a dense volume.
-pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseVolume {
-    DenseVolume {
+pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseUniform {
+    DenseUniform {
         corner: lattice.corner.to_array(),
         range: encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
@@ -101,7 +101,7 @@ pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32)
         size_z: lattice.size.z,
         levels,
         quanta: encoding.format.max_code(),
-        ..DenseVolume::default()
+        ..DenseUniform::default()
     }
 }
 
@@ -163,7 +163,7 @@ impl GpuVolume {
             let size = lattice.level_size(level);
             let fill = FillUniform {
                 tile: TILE,
-                ..encoding.fill(program, &lattice, level)
+                ..encoding.fill_uniform(program, &lattice, level)
             };
             filling.level(&mut bake, level, size, fill).await?;
         }

@@ -181,7 +181,7 @@ impl Gpu {
         }
         #[cfg(not(target_arch = "wasm32"))]
         match pollster::block_on(refused).or(pollster::block_on(exhausted)) {
-            Some(error) => Err(GpuError::Refused {
+            Some(error) => Err(GpuError::Validation {
                 name: self.info.name.clone(),
                 reason: error.to_string(),
             }),
@@ -276,7 +276,7 @@ impl Gpu {
     fn fault(&self) -> Option<GpuError> {
         #[cfg(target_arch = "wasm32")]
         if let Ok(mut fault) = self.faults.lock() {
-            return fault.take().map(|reason| GpuError::Refused {
+            return fault.take().map(|reason| GpuError::Validation {
                 name: self.info.name.clone(),
                 reason,
             });

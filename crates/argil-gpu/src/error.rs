@@ -13,7 +13,7 @@ pub enum GpuError {
     Cancelled,
     /// The program was compiled without GPU support.
     #[error("this program was compiled without GPU support (the feature `gpu`): use the CPU")]
-    LeftOut,
+    NotCompiled,
     /// The adapter refuses the device.
     #[error("{name}: {reason}")]
     Device {
@@ -64,10 +64,10 @@ pub enum GpuError {
     },
     /// The representation cannot be meshed.
     #[error("this representation cannot be meshed: use the field, a dense volume or sparse bricks")]
-    NotMarched,
+    NotMeshable,
     /// Bricks store only the surface at distance 0.
     #[error("sparse bricks contain only the surface at distance 0")]
-    OtherLevel,
+    UnsupportedIsoLevel,
     /// Bricks cannot be planned.
     #[error(transparent)]
     Bricks(#[from] argil_volume::BricksError),
@@ -120,7 +120,7 @@ pub enum GpuError {
     },
     /// A shader did not compile, or a command was refused.
     #[error("{name}: {reason}")]
-    Refused {
+    Validation {
         /// Name of the adapter.
         name: String,
         /// wgpu's message.

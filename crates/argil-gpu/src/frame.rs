@@ -383,7 +383,7 @@ impl FrameBuffers {
     }
 }
 
-/// A buffer of so many bytes for the [`FrameUniform`] of each dispatch.
+/// Creates a buffer of `size` bytes for the [`FrameUniform`] of each dispatch.
 fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("frames"),
@@ -393,7 +393,7 @@ fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
     })
 }
 
-/// Whether there are blocks of pixels: a table of none has the least room.
+/// Whether there are blocks of pixels. An empty table has the minimum size.
 fn layout_has_blocks(live: &StorageBuffer) -> bool {
     live.used() > 16
 }

@@ -32,11 +32,11 @@ const SPANS_WGSL: &str = "
 ";
 
 const DENSE_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseUniform;
 ";
 
 const CELLS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
 @group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
 @group(0) @binding(BIND_OWNERS) var<storage, read_write> owners: array<u32>;
 ";

@@ -13,7 +13,7 @@ use crate::volume::ClipUpdate;
 use crate::{
     Gpu, GpuError, GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceNormals, SurfaceOptions,
 };
-use argil_abi::{self as abi, DenseVolume, MarchingUniform};
+use argil_abi::{self as abi, DenseUniform, MarchingUniform};
 use glam::UVec3;
 
 /// Cells along the side of a dense volume's units.
@@ -115,11 +115,13 @@ impl GpuVolume {
         options: &SurfaceOptions,
     ) -> Result<(GpuMesh, StageTimings), GpuError> {
         let Some(cut) = self.cut() else {
-            return Err(GpuError::NotMarched);
+            return Err(GpuError::NotMeshable);
         };
         let cells = match cut {
             ClipUpdate::Dense(_) => None,
-            ClipUpdate::Bricks(..) if options.iso != 0.0 => return Err(GpuError::OtherLevel),
+            ClipUpdate::Bricks(..) if options.iso != 0.0 => {
+                return Err(GpuError::UnsupportedIsoLevel);
+            }
             ClipUpdate::Bricks(cells, _) => Some(cells),
         };
         let gpu = field.gpu();
@@ -323,7 +325,7 @@ fn measures(
             first += 0.5 * lattice.voxel_size;
             let grid = (lattice.size - 1).max(UVec3::ONE).to_array();
             let [grid_x, grid_y, grid_z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
-            let words = DenseVolume {
+            let words = DenseUniform {
                 grid_x,
                 grid_y,
                 grid_z,

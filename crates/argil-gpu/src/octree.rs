@@ -10,7 +10,7 @@ use crate::trace_mode::{BoundResource, TraceMode};
 use crate::volume::{Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
-use argil_abi::{self as abi, Node, OctreeVolume};
+use argil_abi::{self as abi, OctreeNode, OctreeUniform};
 use argil_volume::{Octree, OctreeInfo, OctreeLayout, OctreeNodes, Volume, VolumeInfo};
 
 /// The tables of an octree.
@@ -21,11 +21,11 @@ struct OctreeTables {
     nodes: StorageBuffer,
     words: StorageBuffer,
     /// The uniform for shaders.
-    uniform: OctreeVolume,
+    uniform: OctreeUniform,
 }
 
 pub(super) const OCTREE_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeUniform;
 ";
 
 static OCTREE: TraceMode = TraceMode {
@@ -156,10 +156,10 @@ impl OctreeTables {
         let nodes = read_table(
             gpu,
             &self.nodes,
-            size_of::<Node>() as u64 * u64::from(nodes),
+            size_of::<OctreeNode>() as u64 * u64::from(nodes),
         )
         .await?
-        .chunks_exact(size_of::<Node>())
+        .chunks_exact(size_of::<OctreeNode>())
         .map(bytemuck::pod_read_unaligned)
         .collect();
         let levels = (0..self.layout.depth)
@@ -170,19 +170,19 @@ impl OctreeTables {
 }
 
 /// Returns the uniform for rays, which does not depend on the program.
-fn octree_words(layout: &OctreeLayout) -> OctreeVolume {
+fn octree_words(layout: &OctreeLayout) -> OctreeUniform {
     let lattice = &layout.voxel_grid;
-    OctreeVolume {
+    OctreeUniform {
         corner: lattice.corner.to_array(),
         range: layout.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
         voxel: lattice.voxel_size,
-        grid_x: layout.grid.x,
-        grid_y: layout.grid.y,
-        grid_z: layout.grid.z,
+        grid_x: layout.size_bricks.x,
+        grid_y: layout.size_bricks.y,
+        grid_z: layout.size_bricks.z,
         brick: layout.brick_size_voxels,
         depth: layout.depth,
         code_count: layout.code_count(),
-        ..OctreeVolume::default()
+        ..OctreeUniform::default()
     }
 }

@@ -3,7 +3,7 @@ use crate::bindings::{
 };
 use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram};
-use argil_abi::{QueryResult, QueryUniform};
+use argil_abi::{QueryPoint, QueryResult};
 
 /// Points per workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
@@ -24,9 +24,9 @@ impl GpuProgram {
         let gpu = self.gpu();
         let passes = self.passes("query", || self.make_query())?;
         let (layout, pipeline) = &*passes;
-        let queries: Vec<QueryUniform> = points
+        let queries: Vec<QueryPoint> = points
             .iter()
-            .map(|&[x, y, z]| QueryUniform {
+            .map(|&[x, y, z]| QueryPoint {
                 point: [x, y, z, 0.0],
             })
             .collect();
@@ -41,7 +41,7 @@ impl GpuProgram {
             entries.extend(query_table.binding(QUERIES));
             entries.extend(answers.binding(ANSWERS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("QueryUniform"),
+                label: Some("QueryPoint"),
                 layout,
                 entries: &entries,
             });
@@ -49,7 +49,7 @@ impl GpuProgram {
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("QueryUniform::points"),
+                label: Some("QueryPoint::points"),
                 timestamp_writes: None,
             });
             pass.set_pipeline(pipeline);
@@ -81,7 +81,7 @@ impl GpuProgram {
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
         binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
-        let layout = gpu.with_error_scope(|| layout(gpu, "QueryUniform", &binds))?;
+        let layout = gpu.with_error_scope(|| layout(gpu, "QueryPoint", &binds))?;
         let [pipeline] = pipelines(gpu, source, &layout, &[], ["query"])?;
         Ok((layout, pipeline))
     }

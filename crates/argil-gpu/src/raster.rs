@@ -94,7 +94,7 @@ impl GpuMesh {
     ///
     /// # Errors
     /// If the device fails.
-    pub async fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
+    pub async fn download(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
         let vertices = read_table(gpu, &self.vertices, 24 * u64::from(self.corners)).await?;
         let of = |at: usize, bytes: &[u8]| -> Vec3 {
             Vec3::from_array(bytemuck::pod_read_unaligned(&bytes[12 * at..12 * at + 12]))

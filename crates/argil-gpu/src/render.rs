@@ -144,7 +144,7 @@ impl RenderPasses {
         let key = FrameKey {
             size: [first.width, first.height],
             samples: frames.len(),
-            show: first.show,
+            show: first.mode,
             normals: first.normals,
             has_ground: first.has_ground != 0,
             max_steps: first.max_steps,

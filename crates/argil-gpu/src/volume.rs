@@ -6,7 +6,7 @@ use crate::texel_format::TexelFormat;
 use crate::trace_mode::{BoundResource, TraceMode};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram};
-use argil_abi::{BrickVolume, DenseVolume, FrameUniform};
+use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
 use argil_render::RenderOutput;
 use argil_volume::{EditStats, Encoding, PendingEdits, Volume, VolumeInfo, VoxelGrid};
@@ -94,9 +94,9 @@ pub(crate) struct EditContext<'a> {
 /// How to mesh a volume.
 pub(crate) enum ClipUpdate<'a> {
     /// By samples of the grid.
-    Dense(&'a DenseVolume),
+    Dense(&'a DenseUniform),
     /// By bricks, with a table of cells.
-    Bricks(&'a StorageBuffer, &'a BrickVolume),
+    Bricks(&'a StorageBuffer, &'a BrickUniform),
 }
 
 /// What every volume has on the device.
@@ -143,7 +143,7 @@ pub struct GpuVolume {
 impl GpuVolume {
     pub(crate) fn new(
         field: &GpuProgram,
-        (lattice, encoding): (VoxelGrid, Encoding),
+        (voxel_grid, encoding): (VoxelGrid, Encoding),
         texture: wgpu::Texture,
         kind: impl VolumeTables,
     ) -> Result<Self, GpuError> {
@@ -163,7 +163,7 @@ impl GpuVolume {
         })?;
         Ok(Self {
             body: VolumeStorage {
-                lattice,
+                lattice: voxel_grid,
                 encoding,
                 texture,
                 view,
@@ -227,7 +227,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device fails.
-    pub async fn read(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
+    pub async fn download(&self, gpu: &Gpu) -> Result<Volume, GpuError> {
         self.kind.read(&self.body, gpu).await
     }
 
@@ -271,7 +271,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device fails.
-    pub async fn settle(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
+    pub async fn flush(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
         self.kind.settle(gpu).await
     }
 
@@ -279,7 +279,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If the device fails.
-    pub async fn trim(&mut self, field: &GpuProgram) -> Result<(), GpuError> {
+    pub async fn shrink_to_fit(&mut self, field: &GpuProgram) -> Result<(), GpuError> {
         self.kind.trim(&mut self.body, field).await
     }
 

@@ -36,7 +36,7 @@ fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     .expect("a device");
 
     let layout = bricks.layout();
-    let [low, high]: [IVec3; 2] = [layout.low(), layout.high()];
+    let [low, high]: [IVec3; 2] = [layout.first_cell(), layout.end_cell()];
     let bound = Bound {
         low: low.to_array(),
         brick_size_voxels: layout.brick_size_voxels,

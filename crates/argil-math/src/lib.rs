@@ -11,7 +11,7 @@ pub use aabb::Aabb;
 pub use bits::bits_of;
 pub use control::{Control, Progress};
 pub use interval::Interval;
-pub use morton::{cell_of, morton};
+pub use morton::{morton, morton_cell};
 pub use ray::Ray;
 
 /// Returns the WGSL twin of [`morton`](fn@morton) and [`cell_of`].

@@ -16,7 +16,7 @@ pub fn morton(cell: UVec3) -> u32 {
 }
 
 /// Returns the cell of a Morton code.
-pub fn cell_of(code: u32) -> UVec3 {
+pub fn morton_cell(code: u32) -> UVec3 {
     UVec3::new(gathered(code), gathered(code >> 1), gathered(code >> 2))
 }
 
@@ -52,7 +52,7 @@ mod tests {
                 code | of(cell.x, 0) | of(cell.y, 1) | of(cell.z, 2)
             });
             assert_eq!(morton(cell), code);
-            assert_eq!(cell_of(code), cell);
+            assert_eq!(morton_cell(code), cell);
         }
     }
 }

@@ -52,7 +52,9 @@ pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) ->
         let mut begin = group.begin;
         for (axis, &end) in group.ends.iter().enumerate() {
             let own = begin as usize..end as usize;
-            let vertices = rings.around[own.clone()].iter().zip(&spans[own.clone()]);
+            let vertices = rings.loops_around_edge[own.clone()]
+                .iter()
+                .zip(&spans[own.clone()]);
             for (([a, b, c, d], span), normal) in vertices.zip(&mesh.normals[own]) {
                 let [a, b, c, d] = [*a, *b, *c, *d];
                 // At the sides of the box, a surface is open.

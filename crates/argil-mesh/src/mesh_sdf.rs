@@ -51,7 +51,7 @@ impl MeshSdf {
                     size: held.size().max_element(),
                 }
             } else {
-                MeshReadError::Nothing
+                MeshReadError::NoTriangles
             });
         }
         // Vertices of dropped triangles do not count.

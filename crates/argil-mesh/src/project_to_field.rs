@@ -35,7 +35,7 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
         || (Evaluator::new(program), Box::new([[0.0; LANES]; 7])),
         |(evaluator, room), (group, positions, normals)| {
             // Bricks of a file may be where the field is not.
-            let list = lists.list(group.cell).unwrap_or(whole);
+            let list = lists.cell_program(group.cell).unwrap_or(whole);
             let mut at = group.begin as usize;
             let parts = positions.chunks_mut(LANES).zip(normals.chunks_mut(LANES));
             for (positions, normals) in parts {
@@ -254,7 +254,7 @@ fn each<T: Copy + Default + Send>(
             || Evaluator::new(program),
             |evaluator, run| {
                 let own: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
-                let list = lists.list(cell(own[0]));
+                let list = lists.cell_program(cell(own[0]));
                 ask(evaluator, list.unwrap_or(program.instructions()), &own)
             },
         )

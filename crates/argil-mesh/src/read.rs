@@ -28,7 +28,7 @@ pub enum MeshReadError {
     },
     /// The file's extension is unknown.
     #[error("{}: unknown mesh format; .obj, .glb, .ply and .stl can be read", .0.display())]
-    Unknown(PathBuf),
+    UnknownFormat(PathBuf),
     /// The file does not hold what its extension says.
     #[error("{}: not a valid {kind} file: {reason}", path.display())]
     Damaged {
@@ -49,7 +49,7 @@ pub enum MeshReadError {
     },
     /// The file is too large.
     #[error("{}: {what}", path.display())]
-    TooMuch {
+    TooLarge {
         /// Path of the file.
         path: PathBuf,
         /// What there is too much of.
@@ -84,7 +84,7 @@ pub enum MeshReadError {
     },
     /// No triangle has an area.
     #[error("it contains no triangle with an area")]
-    Nothing,
+    NoTriangles,
 }
 
 /// Reads a mesh file's triangles: all its objects, with polygons cut into fans, and without normals and materials.
@@ -92,7 +92,8 @@ pub enum MeshReadError {
 /// # Errors
 /// If the file cannot be read, or does not hold what its extension says.
 pub fn read(path: &Path) -> Result<Mesh, MeshReadError> {
-    let format = MeshFormat::from_path(path).ok_or_else(|| MeshReadError::Unknown(path.into()))?;
+    let format =
+        MeshFormat::from_path(path).ok_or_else(|| MeshReadError::UnknownFormat(path.into()))?;
     from_bytes(&bytes(path)?, format, path)
 }
 
@@ -115,7 +116,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshReadError> {
     }
     if about.len() > MAX_BYTES {
         let what = format!("{} bytes, and {MAX_BYTES} can be read", about.len());
-        return Err(MeshReadError::TooMuch {
+        return Err(MeshReadError::TooLarge {
             path: path.into(),
             what,
         });
@@ -146,7 +147,7 @@ pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh,
             "{} triangles, and {MAX_TRIANGLES} can be read",
             mesh.triangles.len()
         );
-        return Err(MeshReadError::TooMuch {
+        return Err(MeshReadError::TooLarge {
             path: path.into(),
             what,
         });

@@ -6,7 +6,7 @@
 //!
 //! *Practice.* Pixels at the border repeat beyond it. Windows are products of rows and columns.
 
-use crate::Picture;
+use crate::Rgb8Image;
 use crate::separable_filter::FilterPlane;
 use crate::{SizeMismatch, check_sizes};
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ impl FlipMap {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn flip(a: &Picture, b: &Picture, pixels_a_degree: f32) -> Result<FlipMap, SizeMismatch> {
+pub fn flip(a: &Rgb8Image, b: &Rgb8Image, pixels_a_degree: f32) -> Result<FlipMap, SizeMismatch> {
     check_sizes(a, b)?;
     let [own, other] = [a, b].map(opponent);
     let color = color_difference(&own, &other, pixels_a_degree);
@@ -86,7 +86,7 @@ fn inverse(m: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
 }
 
 /// Converts to luminance, red against green, and blue against yellow (YCxCz).
-fn opponent(picture: &Picture) -> [FilterPlane; 3] {
+fn opponent(picture: &Rgb8Image) -> [FilterPlane; 3] {
     let (width, height) = (picture.size()[0] as usize, picture.size()[1] as usize);
     let white = white();
     let pixels: Vec<[f32; 3]> = picture

@@ -5,7 +5,7 @@
 //! result is clamped to 0 … 255, as in image editors. The study used such an editor and names no kernel; this is
 //! the usual one of that size.
 
-use crate::Picture;
+use crate::Rgb8Image;
 use crate::{SizeMismatch, check_sizes};
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const REACH: i64 = 2;
 
 /// Computes the Laplacian of an image.
-pub fn laplacian(picture: &Picture) -> Picture {
+pub fn laplacian(picture: &Rgb8Image) -> Rgb8Image {
     let [width, height] = picture.size();
     let own = picture.pixels();
     let at = |x: i64, y: i64| {
@@ -42,7 +42,7 @@ pub fn laplacian(picture: &Picture) -> Picture {
 #[derive(Clone, Debug)]
 pub struct LaplacianDifference {
     /// The absolute difference of each channel of each pixel.
-    pub picture: Picture,
+    pub picture: Rgb8Image,
     /// Pixels where it is 0 in all channels.
     pub equal_pixels: u64,
     /// Its mean over all pixels and channels, from 0 to 255.
@@ -55,12 +55,12 @@ pub struct LaplacianDifference {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn difference(a: &Picture, b: &Picture) -> Result<LaplacianDifference, SizeMismatch> {
+pub fn difference(a: &Rgb8Image, b: &Rgb8Image) -> Result<LaplacianDifference, SizeMismatch> {
     check_sizes(a, b)?;
     Ok(between(&laplacian(a), &laplacian(b)))
 }
 
-fn between(a: &Picture, b: &Picture) -> LaplacianDifference {
+fn between(a: &Rgb8Image, b: &Rgb8Image) -> LaplacianDifference {
     let pixels: Vec<[u8; 3]> = a
         .pixels()
         .iter()
@@ -83,8 +83,8 @@ fn between(a: &Picture, b: &Picture) -> LaplacianDifference {
     }
 }
 
-fn of_pixels(width: u32, height: u32, pixels: &[[u8; 3]]) -> Picture {
-    Picture::of([width, height], |x, y| {
+fn of_pixels(width: u32, height: u32, pixels: &[[u8; 3]]) -> Rgb8Image {
+    Rgb8Image::of([width, height], |x, y| {
         pixels[y as usize * width as usize + x as usize]
     })
 }

@@ -11,7 +11,7 @@ mod ssim;
 pub mod surface;
 
 pub use error_stats::ErrorStats;
-pub use picture::Picture;
+pub use picture::Rgb8Image;
 pub use psnr::{differing_pixels, psnr};
 pub use ssim::ssim;
 
@@ -24,7 +24,7 @@ pub struct SizeMismatch(pub [u32; 2], pub [u32; 2]);
 ///
 /// # Errors
 /// If they do not.
-pub fn check_sizes(a: &Picture, b: &Picture) -> Result<(), SizeMismatch> {
+pub fn check_sizes(a: &Rgb8Image, b: &Rgb8Image) -> Result<(), SizeMismatch> {
     let (a, b) = (a.size(), b.size());
     if a == b {
         Ok(())

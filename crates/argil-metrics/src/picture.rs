@@ -1,11 +1,11 @@
 /// An image to measure: 8-bit sRGB, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Picture {
+pub struct Rgb8Image {
     size: [u32; 2],
     rgb: Vec<u8>,
 }
 
-impl Picture {
+impl Rgb8Image {
     /// Creates an image from a size and three bytes per pixel. Returns `None` if the number of bytes does not
     /// match.
     pub fn new(size: [u32; 2], rgb: Vec<u8>) -> Option<Self> {

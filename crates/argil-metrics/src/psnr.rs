@@ -1,11 +1,11 @@
-use crate::Picture;
+use crate::Rgb8Image;
 use crate::{SizeMismatch, check_sizes};
 
 /// Returns the peak signal-to-noise ratio in decibels, over all channels of 8-bit sRGB. Infinite for equal images.
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
+pub fn psnr(a: &Rgb8Image, b: &Rgb8Image) -> Result<f64, SizeMismatch> {
     check_sizes(a, b)?;
     let squares = a.rgb().iter().zip(b.rgb());
     let sum: f64 = squares
@@ -19,7 +19,7 @@ pub fn psnr(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn differing_pixels(a: &Picture, b: &Picture) -> Result<u64, SizeMismatch> {
+pub fn differing_pixels(a: &Rgb8Image, b: &Rgb8Image) -> Result<u64, SizeMismatch> {
     check_sizes(a, b)?;
     Ok(a.pixels()
         .iter()

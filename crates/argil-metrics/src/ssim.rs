@@ -1,6 +1,6 @@
 //! Structural similarity.
 
-use crate::Picture;
+use crate::Rgb8Image;
 use crate::separable_filter::FilterPlane;
 use crate::{SizeMismatch, check_sizes};
 
@@ -16,13 +16,13 @@ const SIGMA: f32 = 1.5;
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn ssim(a: &Picture, b: &Picture) -> Result<f64, SizeMismatch> {
+pub fn ssim(a: &Rgb8Image, b: &Rgb8Image) -> Result<f64, SizeMismatch> {
     check_sizes(a, b)?;
     let channels = (0..3).map(|channel| of_channel(a, b, channel));
     Ok(channels.sum::<f64>() / 3.0)
 }
 
-fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
+fn of_channel(a: &Rgb8Image, b: &Rgb8Image, channel: usize) -> f64 {
     let [width, height] = a.size().map(|n| n as usize);
     let mut weights: Vec<f32> = (0..=2 * REACH)
         .map(|i| (-0.5 * ((i as f32 - REACH as f32) / SIGMA).powi(2)).exp())
@@ -30,7 +30,7 @@ fn of_channel(a: &Picture, b: &Picture, channel: usize) -> f64 {
     let sum: f32 = weights.iter().sum();
     weights.iter_mut().for_each(|w| *w /= sum);
     // Around the middle of the range, so that variances do not vanish in rounding.
-    let value = |picture: &Picture, i: usize| f32::from(picture.rgb()[3 * i + channel]) - 128.0;
+    let value = |picture: &Rgb8Image, i: usize| f32::from(picture.rgb()[3 * i + channel]) - 128.0;
     let mean = |of: &(dyn Fn(f32, f32) -> f32 + Sync + Send)| {
         FilterPlane::from_fn(width, height, |i| of(value(a, i), value(b, i)))
             .filtered(&weights, &weights)

@@ -1,6 +1,6 @@
 //! Measures of pictures against SciPy, scikit-image and the authors' FLIP (`data/reference.py`), on pictures that Argil drew.
 
-use argil_metrics::{Picture, differing_pixels, flip, laplacian, psnr, ssim};
+use argil_metrics::{Rgb8Image, differing_pixels, flip, laplacian, psnr, ssim};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -10,9 +10,9 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-fn picture(name: &str) -> Picture {
+fn picture(name: &str) -> Rgb8Image {
     let own = image::open(data(name)).expect("a picture").to_rgb8();
-    Picture::new(own.dimensions().into(), own.into_raw()).expect("a picture")
+    Rgb8Image::new(own.dimensions().into(), own.into_raw()).expect("a picture")
 }
 
 fn reference() -> Vec<Value> {
@@ -65,7 +65,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     let mut rgb = a.rgb().to_vec();
     let at = 3 * (80 * a.size()[0] as usize + 120);
     rgb[at..at + 3].copy_from_slice(&[255, 0, 255]);
-    let b = Picture::new(a.size(), rgb).expect("a picture");
+    let b = Rgb8Image::new(a.size(), rgb).expect("a picture");
     assert!(psnr(&a, &b).expect("one size") < 100.0);
     assert!(ssim(&a, &b).expect("one size") < 1.0);
     let other = flip::flip(&a, &b, flip::PIXELS_PER_DEGREE).expect("one size");
@@ -77,7 +77,7 @@ fn equal_pictures_are_equal_and_others_are_not() {
     assert!((5..=25).contains(&differing), "{differing}");
     assert_eq!(difference.histogram.iter().sum::<u64>(), 240 * 160);
     // The greatest difference that there is.
-    let plain = |c: [u8; 3]| Picture::of([40, 30], |_, _| c);
+    let plain = |c: [u8; 3]| Rgb8Image::of([40, 30], |_, _| c);
     let most = flip::flip(
         &plain([0, 255, 0]),
         &plain([0, 0, 255]),
@@ -90,15 +90,15 @@ fn equal_pictures_are_equal_and_others_are_not() {
 #[test]
 fn sizes_must_be_one_and_may_be_small() {
     let (a, b) = (
-        Picture::of([4, 3], |_, _| [0; 3]),
-        Picture::of([3, 4], |_, _| [0; 3]),
+        Rgb8Image::of([4, 3], |_, _| [0; 3]),
+        Rgb8Image::of([3, 4], |_, _| [0; 3]),
     );
     assert!(psnr(&a, &b).is_err() && ssim(&a, &b).is_err());
     assert!(flip::flip(&a, &b, 67.0).is_err() && laplacian::difference(&a, &b).is_err());
     assert_eq!(ssim(&a, &a), Ok(1.0));
-    let white = Picture::of([4, 3], |_, _| [255; 3]);
+    let white = Rgb8Image::of([4, 3], |_, _| [255; 3]);
     assert!(ssim(&a, &white).expect("one size") < 0.01);
-    let none = Picture::default();
+    let none = Rgb8Image::default();
     assert_eq!(
         flip::flip(&none, &none, 67.0).expect("one size").mean(),
         0.0

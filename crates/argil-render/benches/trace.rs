@@ -8,7 +8,7 @@
 use argil_field::Program;
 use argil_math::Aabb;
 use argil_render::{
-    Camera, PrunedField, RenderMode, RenderSettings, RenderSource, WholeField, frame_uniforms,
+    Camera, PrunedField, RenderMode, RenderSettings, RenderSource, UnprunedField, frame_uniforms,
     render,
 };
 use argil_scene::Scene;
@@ -67,7 +67,7 @@ fn main() {
             .build()
             .expect("threads");
         let ways: [(&str, &dyn RenderSource, _); 3] = [
-            ("whole field", &WholeField, &frame),
+            ("whole field", &UnprunedField, &frame),
             ("field", &PrunedField, &frame),
             ("bricks", &bricks, &through_bricks),
         ];

@@ -33,13 +33,13 @@ use step::{StepOutcome, step_i8, step_i16};
 use voxel_intersect::{NearLanes, solve_i8, solve_i16};
 
 impl RenderSource for Bricks {
-    fn rays<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(BrickRays::new(self)?))
     }
 }
 
 impl RayTracer for BrickRays<'_> {
-    fn asks_field(&self, _: u32) -> bool {
+    fn needs_field(&self, _: u32) -> bool {
         false
     }
 
@@ -54,7 +54,7 @@ impl RayTracer for BrickRays<'_> {
         trace_bricks(frame, tile, self, probe, scratch, out);
     }
 
-    fn air(&self) -> Option<&dyn DistanceSource> {
+    fn distance_source(&self) -> Option<&dyn DistanceSource> {
         Some(self)
     }
 }

@@ -31,7 +31,7 @@ impl RenderOutput {
 
 /// Converts accumulated colors to bytes.
 pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
-    let is_light = frame.show == MODE_SHADED;
+    let is_light = frame.mode == MODE_SHADED;
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
         if *color == [0.0; 4] {
             rgb.fill(0);

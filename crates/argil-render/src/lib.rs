@@ -28,7 +28,7 @@ pub use render::{render, render_with_control, render_with_hits};
 pub use render_settings::{LookupStart, NormalSource, RenderMode, RenderSettings, frame_uniforms};
 pub use shade::SHADOW_STEPS;
 pub use source::RenderSource;
-pub use trace::WholeField;
+pub use trace::UnprunedField;
 
 /// The WGSL twins. A module contains the camera, one tracer, what completes its hits, and light.
 pub mod wgsl {

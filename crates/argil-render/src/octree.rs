@@ -17,7 +17,7 @@ use argil_volume::{DescentPath, Octree, SampleFormat, Sampler, Texel};
 use glam::{IVec3, Vec3};
 
 impl RenderSource for Octree {
-    fn rays<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         match self.layout().encoding.format {
             SampleFormat::Snorm8 => Some(Box::new(OctreeRays::<i8>::new(self)?)),
             SampleFormat::Snorm16 => Some(Box::new(OctreeRays::<i16>::new(self)?)),
@@ -57,7 +57,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
     fn march(&self, frame: &FrameUniform, ray: Ray, near: f32, far: f32) -> Hit {
         let layout = self.octree.layout();
         let edge = layout.brick_length();
-        let grid = layout.grid.as_ivec3();
+        let grid = layout.size_bricks.as_ivec3();
 
         // Start the walk: the first cell, and where the ray meets the next plane of each axis.
         let tiny = |d: f32| if d.abs() < 1e-20 { 1e-20 } else { d };
@@ -71,14 +71,14 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
         let plane = |cell: IVec3| (corner + (cell.as_vec3() + ahead) * edge) * inverse;
 
         let mut path = match frame.descent {
-            abi::DESCENT_PATH => DescentPath::remembered(),
+            abi::DESCENT_PATH => DescentPath::recording(),
             _ => DescentPath::default(),
         };
         let mut walk = SurfaceStep::from(near);
         // The axis of the plane through which the ray entered the cell.
         let mut entered = 3;
         let mut hit = Hit::default();
-        let shows_boxes = matches!(frame.show, abi::MODE_BRICKS | abi::MODE_NODES);
+        let shows_boxes = matches!(frame.mode, abi::MODE_BRICKS | abi::MODE_NODES);
         if near > 0.0 && !shows_boxes {
             // A solid that the box clips is hit at the clip, with or without a brick.
             hit.steps = 1;
@@ -100,7 +100,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
             if visit.brick.is_some() {
                 if shows_boxes {
                     let code = morton(cell.as_uvec3());
-                    let is_node = frame.show == abi::MODE_NODES;
+                    let is_node = frame.mode == abi::MODE_NODES;
                     hit.mark = 1 + if is_node { code >> 3 } else { code };
                     hit.kind = HIT_OUTSIDE;
                     hit.normal_t = side_normal(entered, step, -d, walk.t);

@@ -78,7 +78,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var cells = 0u;
     var mark = 0u;
     var normal = vec3(0.0);
-    let shows_boxes = frame.show == MODE_BRICKS || frame.show == MODE_NODES;
+    let shows_boxes = frame.mode == MODE_BRICKS || frame.mode == MODE_NODES;
     if span.x <= span.y && span.x > 0.0 && !shows_boxes {
         // A solid that the volume's box clips is hit at the box, with or without a brick.
         steps = 1u;
@@ -99,7 +99,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         if visit.is_brick {
             if shows_boxes {
                 let code = morton(vec3<u32>(cell));
-                mark = 1u + select(code, code >> 3u, frame.show == MODE_NODES);
+                mark = 1u + select(code, code >> 3u, frame.mode == MODE_NODES);
                 kind = HIT_OUTSIDE;
                 normal = -d;
                 if entered < 3u {

@@ -39,13 +39,13 @@ const _: () =
 pub struct PrunedField;
 
 impl RenderSource for PrunedField {
-    fn rays<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(Self))
     }
 }
 
 impl RayTracer for PrunedField {
-    fn asks_field(&self, _: u32) -> bool {
+    fn needs_field(&self, _: u32) -> bool {
         true
     }
 

@@ -30,7 +30,7 @@ pub struct Triangles<'a> {
 }
 
 impl RenderSource for Triangles<'_> {
-    fn rays<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+    fn tracer<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(Raster::new(*self, first)))
     }
 }

@@ -64,10 +64,10 @@ fn draw(
     let pixels = width as usize * height as usize;
     let mut rgb = vec![0; 3 * pixels];
     let mut hits = vec![Hit::default(); if keeps_hits { pixels } else { 0 }];
-    let rays = through.rays(first);
+    let rays = through.tracer(first);
     let asks_near = rays
         .as_ref()
-        .is_some_and(|rays| rays.asks_field(first.show));
+        .is_some_and(|rays| rays.needs_field(first.mode));
     let near = asks_near.then(|| near_field(program, first)).flatten();
     let counts = Mutex::new(RayCounts::default());
     let hit_pixels = AtomicUsize::new(0);
@@ -99,7 +99,7 @@ fn draw(
                                 to.copy_from_slice(from);
                             }
                         }
-                        let air = rays.as_ref().and_then(|rays| rays.air());
+                        let air = rays.as_ref().and_then(|rays| rays.distance_source());
                         shade_tile(frame, tile, probe, air, scratch, &own.hits, &mut own.colors);
                     }
                     own.rgb.resize(3 * tile.area(), 0);

@@ -164,7 +164,7 @@ pub fn frame_uniforms(
                 height,
                 first_row: 0,
                 max_steps: settings.max_steps,
-                show: mode_word(settings.mode),
+                mode: mode_word(settings.mode),
                 sample_weight: 1.0 / samples as f32,
                 far: 60.0 * radius,
                 depth_near: focus.distance(camera.eye),

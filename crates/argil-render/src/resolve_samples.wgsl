@@ -15,7 +15,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = id.y * frame.width + id.x;
     let color = colors[at];
     var shown = color.xyz;
-    if frame.show == MODE_SHADED {
+    if frame.mode == MODE_SHADED {
         shown = srgb_from_linear(max(shown, vec3(0.0)));
     }
     let bytes = vec3<u32>(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + 0.5);

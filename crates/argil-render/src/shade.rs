@@ -86,13 +86,13 @@ pub(crate) fn shade_tile(
     let TileScratch {
         points, shading, ..
     } = scratch;
-    if frame.show == abi::MODE_SHADED {
+    if frame.mode == abi::MODE_SHADED {
         shading.gather(frame, tile, probe, Sky(air), points, hits);
     }
     let mut next_lit = 0;
     for (i, (hit, out)) in hits.iter().zip(out).enumerate().take(tile.area()) {
         let (x, y) = tile.pixel(i);
-        let color = match frame.show {
+        let color = match frame.mode {
             abi::MODE_NORMAL if hit.kind != abi::HIT_NONE => {
                 vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5
             }

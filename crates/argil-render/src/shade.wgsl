@@ -194,7 +194,7 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = y * frame.width + id.x;
     let hit = hits[at];
     var color = vec3(0.0);
-    switch frame.show {
+    switch frame.mode {
         case MODE_NORMAL: {
             if hit.kind != HIT_NONE {
                 color = hit.normal_t.xyz * 0.5 + 0.5;

@@ -8,18 +8,18 @@ use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
 use glam::Vec3;
 
 /// Something that primary rays march through: [`PrunedField`](crate::PrunedField),
-/// [`WholeField`](crate::WholeField), [`Triangles`](crate::Triangles), and each of `argil_volume`'s volumes.
+/// [`UnprunedField`](crate::UnprunedField), [`Triangles`](crate::Triangles), and each of `argil_volume`'s volumes.
 pub trait RenderSource: Sync {
     /// Prepares for the samples of one image, whose first frame this is. Returns `None` for a volume whose samples
     /// have another type than its encoding; constructors exclude that.
     #[doc(hidden)]
-    fn rays<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>>;
+    fn tracer<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>>;
 }
 
 /// A source of rays, prepared for one image.
 pub trait RayTracer: Sync {
     /// Whether an image evaluates the field. With many operands, the program near each point is prepared for it.
-    fn asks_field(&self, show: u32) -> bool {
+    fn needs_field(&self, show: u32) -> bool {
         show == abi::MODE_SHADED
     }
 
@@ -34,7 +34,7 @@ pub trait RayTracer: Sync {
     );
 
     /// Returns where light reads distances, or `None` for the exact field.
-    fn air(&self) -> Option<&dyn DistanceSource> {
+    fn distance_source(&self) -> Option<&dyn DistanceSource> {
         None
     }
 }
@@ -52,8 +52,8 @@ pub trait DistanceSource: Sync {
 macro_rules! volumes {
     ($($name:ident),*) => {
         impl RenderSource for argil_volume::Volume {
-            fn rays<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
-                match self { $(Self::$name(own) => own.rays(first),)* }
+            fn tracer<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+                match self { $(Self::$name(own) => own.tracer(first),)* }
             }
         }
     };

@@ -16,16 +16,16 @@ const DIFFERENCES: usize = 6;
 
 /// The field without pruning, as a GPU marches through it: the reference for pruning.
 #[derive(Debug)]
-pub struct WholeField;
+pub struct UnprunedField;
 
-impl RenderSource for WholeField {
-    fn rays<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+impl RenderSource for UnprunedField {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(Self))
     }
 }
 
-impl RayTracer for WholeField {
-    fn asks_field(&self, _: u32) -> bool {
+impl RayTracer for UnprunedField {
+    fn needs_field(&self, _: u32) -> bool {
         false
     }
 

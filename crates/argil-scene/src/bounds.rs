@@ -342,7 +342,7 @@ impl Modifier {
 
 /// Returns the number of copies of a repetition that a point must evaluate along each axis. For a radial repeat,
 /// the first value counts. `content` is the box of what is repeated.
-pub fn copies_looked_at(modifier: &Modifier, content: &Extent) -> [u32; 3] {
+pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let (there, extent, step) = match *modifier {
         Modifier::Repeat { spacing, count } => {
             let reach = content.aabb.min.abs().max(content.aabb.max.abs());

@@ -15,13 +15,13 @@ use crate::group_summary::{GroupSummary, SUMMARY_THRESHOLD};
 use crate::{BlendProfile, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Scene};
 use argil_math::Aabb;
 
-/// Fall after which nothing of a change is left, in units of the largest blend radius: for smooth joints, and if
-/// there are chamfers, which pass 1/√2 of a change per joint.
+/// Decrease of a distance after which `f32` cannot represent the rest of a change, in units of the largest blend
+/// radius. The second value is for scenes with chamfers, which pass 1/√2 of a change per joint.
 const SMOOTH_FALLS: f32 = 7.0;
 const CHAMFER_FALLS: f32 = 48.0;
 
-/// Returns how far distances of interest can fall through any number of joints before nothing of a change is left,
-/// given the largest blend radius and whether there are chamfers.
+/// Returns how far a distance can decrease through any number of joints before `f32` cannot represent the rest of a
+/// change. `blend` is the largest blend radius, and `interest` is the largest distance of interest.
 pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f32 {
     if has_chamfers {
         CHAMFER_FALLS * (blend + 0.6 * interest)
@@ -132,7 +132,8 @@ fn grown_box(
     region
 }
 
-/// Returns how much farther the operator's own joint reaches.
+/// Returns how much the operator's own joint extends the region that a change can affect. `interest` is the largest
+/// distance of interest.
 pub fn blend_influence_radius(operator: &Operator, interest: f32) -> f32 {
     match operator.profile {
         BlendProfile::Smooth => operator.blend,

@@ -36,7 +36,7 @@ pub enum JournalError {
     },
     /// The scene already has a history, whose undo could not be replayed.
     #[error("a journal must begin before the first edit, and this scene has {0} edits")]
-    TooLate(usize),
+    HistoryNotEmpty(usize),
     /// The file does not begin as a journal does.
     #[error("{0}: not a journal of edits, or its first line is damaged")]
     NoJournal(PathBuf),
@@ -144,7 +144,7 @@ impl Journal {
     fn begin_at(path: PathBuf, scene: &Scene) -> Result<Self, JournalError> {
         let edits: usize = scene.undo_depth() + scene.redo_depth();
         if edits > 0 {
-            return Err(JournalError::TooLate(edits));
+            return Err(JournalError::HistoryNotEmpty(edits));
         }
         let head = JournalHead {
             journal: VERSION,

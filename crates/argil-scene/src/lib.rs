@@ -39,7 +39,7 @@ mod undo;
 mod view;
 
 pub use action::{Action, LogError};
-pub use bounds::{Extent, Extents, copies_looked_at};
+pub use bounds::{Extent, Extents, evaluated_copies};
 pub use change::SceneChange;
 pub use edit::{Edit, EditError, EditOutcome};
 #[cfg(feature = "schema")]

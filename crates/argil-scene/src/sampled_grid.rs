@@ -45,14 +45,14 @@ pub trait DistanceSampler: Sync {
     fn distances(&self, points: &[Vec3], out: &mut [f32]);
 
     /// Returns the unsigned distance of a point.
-    fn length(&self, point: Vec3) -> f32 {
+    fn unsigned_distance(&self, point: Vec3) -> f32 {
         let mut out = [0.0];
         self.distances(&[point], &mut out);
         out[0].abs()
     }
 
     /// Computes the signed distances of a block's points, x fastest.
-    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+    fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
         let places: Vec<Vec3> = (0..FINE).map(|i| block.place(i)).collect();
         self.distances(&places, out);
     }
@@ -211,7 +211,7 @@ impl SampledGrid {
             if known.into_iter().fold(f32::INFINITY, f32::min) > 2.0 * half + far {
                 return false;
             }
-            measure.length(at(place.as_vec3() + 0.5)) <= half + far
+            measure.unsigned_distance(at(place.as_vec3() + 0.5)) <= half + far
         };
         let fine_cells: Vec<UVec3> = (0..volume(cells))
             .into_par_iter()
@@ -238,7 +238,7 @@ impl SampledGrid {
                     near: NEAR * step,
                     far,
                 };
-                measure.block(&block, out);
+                measure.sample_block(&block, out);
                 for (i, out) in out.iter_mut().enumerate() {
                     *out = faded(*out, interpolate(own, part(i)), step);
                 }

@@ -328,7 +328,7 @@ impl Scene {
     }
 
     /// Returns the id of this scene within the process. Clones have ids of their own.
-    pub fn identity(&self) -> u64 {
+    pub fn id(&self) -> u64 {
         self.scene_id.0
     }
 

@@ -248,7 +248,7 @@ fn changes_name_the_node_and_its_groups() {
     scene.set_material("stone", stone).unwrap();
     scene.set_material("stone", stone).unwrap();
     assert_eq!(scene.change_count(), seen + 4);
-    assert_ne!(scene.clone().identity(), scene.identity());
+    assert_ne!(scene.clone().id(), scene.id());
 }
 
 /// A grid of one cell, as far from everything as is said.

@@ -212,7 +212,7 @@ fn what_is_refused_is_not_recorded() {
     journal.remove().expect("removed");
     scene.push(Brush::new(Shape::sphere(0.1))).expect("an edit");
     let late = Journal::create(&path, &scene);
-    assert!(matches!(late, Err(JournalError::TooLate(1))));
+    assert!(matches!(late, Err(JournalError::HistoryNotEmpty(1))));
     assert!(matches!(
         Journal::recover(&path),
         Err(JournalError::Io { .. })

@@ -38,7 +38,8 @@ fn main() {
         let [mut of_field, mut of_dense, mut of_mips, mut of_pruned] = [const { Vec::new() }; 4];
         for _ in 0..ROUNDS {
             of_field.push(ms(|| pool.install(|| program.distances(&grid, &mut field))));
-            let bake = |mips| pool.install(|| Dense::bake_whole(&program, lattice, encoding, mips));
+            let bake =
+                |mips| pool.install(|| Dense::bake_unpruned(&program, lattice, encoding, mips));
             let mut dense = None;
             of_dense.push(ms(|| dense = Some(bake(false))));
             of_mips.push(ms(|| drop(bake(true))));

@@ -6,25 +6,25 @@
 //! Bricks have 8³ voxels, which suits caches (Lumen; GigaVoxels, Crassin 2009).
 //!
 //! ```text
-//!   table   which blocks of 4³ cells there are: each has a slot; what has none is far from every surface
-//!   masks   one for each slot: a bit for each cell with a brick
-//!   words   one for each cell, slot by slot: a brick's place, or a distance and whether the whole block is empty
-//!   materials, mixed   what bricks look like, see `material.rs`
-//!   pool    (brick + 1)³ samples a brick, x fastest: its cells' corners, so that interpolation never leaves it
+//!   table      one entry for each block of 4³ cells: its slot, or that the block is far from every surface
+//!   masks      one for each slot: a bit for each cell with a brick
+//!   words      one for each cell, slot by slot: the index of its brick, or a distance
+//!   materials  one for each brick, see `material.rs`; a mixed brick has a grid of them
+//!   pool       (brick size + 1)³ samples for each brick, x fastest, so that interpolation stays within a brick
 //! ```
 //!
-//! *For readers in shaders of their own.* The word of a cell with a brick is the brick's number. Any other word is a signed distance
-//! (see [`center_of`]): no surface is nearer to the cell's center than that. It says nothing of how far away one is: beside the
-//! surface it can be near 0, and it is never more than [`BrickLayout::far_length`]. A point of the cell that is `r` from its
-//! center is free for `|d| − L · r`, where L is [`Bricks::lipschitz`]. Samples of a brick are distances over its band, and
-//! within it those of the field; at the band's end they are cut off. After edits, [`Bricks::take_changes`] tells what to bring over.
+//! *For readers in shaders of their own.* The word of a cell with a brick is the index of the brick. Any other word is a signed
+//! distance `d` (see [`center_of`]), a bound: no surface is nearer to the cell's center than `|d|`. Near a surface it can be close
+//! to 0, and it never exceeds [`BrickLayout::far_length`]. A ray at a point of the cell that is `r` from the center can advance by
+//! `|d| − L · r`, where L is [`Bricks::lipschitz`]. Samples of a brick are the field's distances, clamped to the band. After edits,
+//! [`Bricks::take_changes`] lists the words and bricks that changed.
 //!
-//! Blocks are counted from the lattice's corner in all directions: where there is surface there are blocks, and a world that
-//! grows keeps what it has.
+//! Blocks are counted from the grid's corner in both directions. Edits allocate blocks where they put a surface, so a growing
+//! world keeps its bricks.
 //!
-//! *Practice.* Samples stand at voxels' corners, `corner + voxel · (i, j, k)`; neighboring bricks have those of their
-//! common side both. `build.rs` bakes on the CPU, `batch.rs` reads for rays. What differs from the literature: a brick is
-//! dropped again where its own samples show that the surface cannot be in it. The tables hold the very resolution that was asked for.
+//! *Practice.* Samples are at the corners of voxels, `corner + voxel_size · (i, j, k)`. Neighboring bricks both store the samples
+//! on their common side. `build.rs` bakes on the CPU, and `sampler.rs` reads samples for rays. Unlike the literature, a build drops
+//! a brick whose samples show that the surface cannot be in it, and each table has exactly the resolution that the caller requested.
 
 mod additions;
 mod block_editor;

@@ -6,7 +6,7 @@
 //! (see [`Encoding::fill`]).
 //!
 //! *Practice.* [`Dense::bake`] samples every level from the field itself, with slabs in parallel and a pruned
-//! program per cell (`bake_level.rs`). [`Dense::bake_whole`] evaluates the whole program everywhere. Claybook makes
+//! program per cell (`bake_level.rs`). [`Dense::bake_unpruned`] evaluates the whole program everywhere. Claybook makes
 //! its mips from the finest level instead.
 
 mod volume_kind;
@@ -53,17 +53,17 @@ impl Dense {
     /// if it was.
     pub fn bake_with_control(
         program: &Program,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         mips: bool,
         control: &Control,
     ) -> Option<Self> {
-        let dense = Self::bake_with(program, lattice, encoding, mips, (true, control));
+        let dense = Self::bake_with(program, voxel_grid, encoding, mips, (true, control));
         (!control.is_cancelled()).then_some(dense)
     }
 
     /// Bakes the same samples without pruning, as a reference for tests.
-    pub fn bake_whole(
+    pub fn bake_unpruned(
         program: &Program,
         lattice: VoxelGrid,
         encoding: Encoding,
@@ -124,7 +124,8 @@ impl Dense {
         mips: bool,
     ) -> u32 {
         let most = if mips { Self::max_levels(lattice) } else { 1 };
-        let tells = |&level: &u32| encoding.fill(program, lattice, level).first_bias[3] < f32::MAX;
+        let tells =
+            |&level: &u32| encoding.fill_uniform(program, lattice, level).first_bias[3] < f32::MAX;
         1 + (1..most).take_while(tells).count() as u32
     }
 
@@ -194,7 +195,7 @@ fn bake_level<T: Texel>(
     level: u32,
     (pruned, control): (bool, &Control),
 ) -> Texels {
-    let words = encoding.fill(program, lattice, level);
+    let words = encoding.fill_uniform(program, lattice, level);
     let grid = lattice.grid(level);
     if pruned {
         return bake_level::sample::<T>(program, &grid, &words, &|_| None, control);

@@ -81,7 +81,7 @@ impl Encoding {
     /// Level 0 stores signed distances. The others store a lower bound: the unsigned distance, minus what it can
     /// change within half of a cell's diagonal, minus rounding. After interpolation it never exceeds the distance.
     /// A value of 0 or less carries no information.
-    pub fn fill(&self, program: &Program, lattice: &VoxelGrid, level: u32) -> FillUniform {
+    pub fn fill_uniform(&self, program: &Program, lattice: &VoxelGrid, level: u32) -> FillUniform {
         let grid = lattice.grid(level);
         let bias = if level == 0 {
             0.0
@@ -116,33 +116,33 @@ impl Encoding {
 /// A stored distance. `encode` in `fill.wgsl` is the twin.
 pub trait Texel: bytemuck::Pod + PartialEq + Send + Sync + Default {
     /// Converts a code to a sample.
-    fn stored(integer: i32) -> Self;
+    fn from_code(integer: i32) -> Self;
     /// Converts a sample to its code.
-    fn integer(self) -> f32;
+    fn code(self) -> f32;
     /// The sample's format.
-    const BITS: SampleFormat;
+    const FORMAT: SampleFormat;
 }
 
 impl Texel for i8 {
-    const BITS: SampleFormat = SampleFormat::Snorm8;
+    const FORMAT: SampleFormat = SampleFormat::Snorm8;
     #[inline(always)]
-    fn stored(integer: i32) -> Self {
+    fn from_code(integer: i32) -> Self {
         integer as i8
     }
     #[inline(always)]
-    fn integer(self) -> f32 {
+    fn code(self) -> f32 {
         f32::from(self)
     }
 }
 
 impl Texel for i16 {
-    const BITS: SampleFormat = SampleFormat::Snorm16;
+    const FORMAT: SampleFormat = SampleFormat::Snorm16;
     #[inline(always)]
-    fn stored(integer: i32) -> Self {
+    fn from_code(integer: i32) -> Self {
         integer as i16
     }
     #[inline(always)]
-    fn integer(self) -> f32 {
+    fn code(self) -> f32 {
         f32::from(self)
     }
 }
@@ -177,12 +177,12 @@ fn encode_all<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
     );
     if bias == 0.0 {
         for (out, &d) in out.iter_mut().zip(d) {
-            *out = T::stored(code_of(d, 0.0, scale, quanta));
+            *out = T::from_code(code_of(d, 0.0, scale, quanta));
         }
     } else {
         for (out, &d) in out.iter_mut().zip(d) {
             let value = ((if d < 0.0 { -d } else { d }) - bias) * scale;
-            *out = T::stored(whole(value, 0.0, quanta));
+            *out = T::from_code(whole(value, 0.0, quanta));
         }
     }
 }
@@ -199,7 +199,7 @@ fn encode_i16(d: &[f32], fill: &FillUniform, out: &mut [i16]) {
 
 /// Encodes a batch of distances.
 pub(crate) fn encode<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
-    match T::BITS {
+    match T::FORMAT {
         SampleFormat::Snorm8 => encode_i8(d, fill, bytemuck::cast_slice_mut(out)),
         SampleFormat::Snorm16 => encode_i16(d, fill, bytemuck::cast_slice_mut(out)),
     }

@@ -1,20 +1,23 @@
 //! Volumes as files.
 //!
-//! ```text
-//!   "ARGILVOL"  version  sections  crc of header and table  size of the file
-//!   table: name, crc, offset, size of each section
-//!   DESC  what the volume is        SCEN  the scene that it was made from, as JSON
-//!   MESH  the distances of the meshes that the scene names
-//!   CODE  codes of bricks           NODE  nodes           ROWS  where each level of nodes begins
-//!   BLKS  which blocks of cells sparse bricks have: three numbers each, from the lattice's corner on
-//!   FARS  cubes of blocks that are far inside: where they begin, and their side
-//!   CELL  what is in each cell of those blocks, whose bricks' samples are TEX0
-//!   MATE  what each brick looks like        MIXD  the materials of mixed bricks
-//!   TEX0  texels of level 0         TEX1  of level 1 …
-//! ```
+//! A file begins with `ARGILVOL`, the version, the number of sections, a checksum of header and table, and the size of the file.
+//! A table follows with the name, checksum, offset and size of each section.
 //!
-//! All numbers are little-endian, sections begin at multiples of 64 bytes, checksums are CRC-32 (IEEE). A file that is
-//! read is mapped into memory: its texels are not copied. A file must not be cut short by others while it is open.
+//! | section | contents |
+//! | --- | --- |
+//! | `DESC` | the kind of volume, its voxel grid and its encoding |
+//! | `SCEN` | the scene that it was baked from, as JSON |
+//! | `MESH` | sampled distances of the scene's meshes |
+//! | `CODE` | octree: Morton codes of bricks |
+//! | `NODE`, `ROWS` | octree: nodes, and the first node of each level |
+//! | `BLKS` | bricks: the blocks of cells, three coordinates each, counted from the grid's corner |
+//! | `FARS` | bricks: cubes of blocks far inside the solid, as first block and side |
+//! | `CELL` | bricks: the words of the blocks' cells; the samples of their bricks are `TEX0` |
+//! | `MATE`, `MIXD` | bricks: the material of each brick, and the materials of mixed bricks |
+//! | `TEX0`, `TEX1`, … | samples of level 0, of level 1, and so on |
+//!
+//! All numbers are little-endian, sections begin at multiples of 64 bytes, and checksums are CRC-32 (IEEE). A reader maps the file
+//! into memory, so samples are not copied. Other programs must not truncate a file while it is open.
 
 mod format;
 mod meshes;

@@ -33,8 +33,8 @@ pub use representation::{BrickInfo, OctreeInfo, Volume, VolumeInfo, VolumeKind};
 pub use sampler::Sampler;
 pub use texels::Texels;
 pub use voxel_grid::{
-    FARTHEST_VOXEL, MAX_SPARSE_RESOLUTION, RESOLUTIONS, ResolutionError, TooFarError, VoxelGrid,
-    VoxelSizeError,
+    MAX_SPARSE_RESOLUTION, MAX_VOXEL_INDEX, RESOLUTION_RANGE, ResolutionError, TooFarError,
+    VoxelGrid, VoxelSizeError,
 };
 
 /// The WGSL twins of the passes that build a volume.

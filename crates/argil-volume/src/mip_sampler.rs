@@ -4,7 +4,7 @@
 //! *Practice.* First it computes the addresses for all lanes. Then it loads the samples, two neighbors along x per
 //! load. Then all lanes interpolate. Only the loads run lane by lane, and none waits for another.
 
-use crate::{Dense, RESOLUTIONS, SampleFormat, Texel};
+use crate::{Dense, RESOLUTION_RANGE, SampleFormat, Texel};
 use argil_field::LANES;
 use std::borrow::Cow;
 
@@ -33,7 +33,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
         let (lattice, encoding) = (dense.lattice(), dense.encoding());
         let count = dense.levels().len();
         // Indices must be exact as `f32`.
-        if count > MAX_LEVELS || lattice.size.max_element() > *RESOLUTIONS.end() {
+        if count > MAX_LEVELS || lattice.size.max_element() > *RESOLUTION_RANGE.end() {
             return None;
         }
         let mut all = Self {
@@ -165,7 +165,7 @@ pub(crate) unsafe fn pair_at<T: Texel>(texels: &[T], at: usize) -> u32 {
     );
     // SAFETY: the caller's.
     let at = unsafe { texels.as_ptr().add(at) };
-    match T::BITS {
+    match T::FORMAT {
         // SAFETY: the caller's; u16 is two texels.
         SampleFormat::Snorm8 => u32::from(unsafe { at.cast::<u16>().read_unaligned() }),
         // SAFETY: the caller's; u32 is two texels.
@@ -176,7 +176,7 @@ pub(crate) unsafe fn pair_at<T: Texel>(texels: &[T], at: usize) -> u32 {
 /// Returns the codes of a pair, the first from the low bits.
 #[inline(always)]
 pub(crate) fn unpacked<T: Texel>(pair: u32) -> (f32, f32) {
-    let (low, high) = match T::BITS {
+    let (low, high) = match T::FORMAT {
         SampleFormat::Snorm8 => ((pair << 24) as i32 >> 24, (pair << 16) as i32 >> 24),
         SampleFormat::Snorm16 => ((pair << 16) as i32 >> 16, pair as i32 >> 16),
     };

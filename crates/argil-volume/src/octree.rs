@@ -17,9 +17,9 @@
 //!   level 2       └────┬───┘        the root, which comes last
 //! ```
 //!
-//! What differs from the study: its test of the center alone loses bricks and is an option; a list in Morton order
-//! needs no sort, its enumeration sort is an option; and cells without a brick hold a distance that is never too large,
-//! where the study leaves texels as they were.
+//! There are three differences from the study. Its test of the center alone loses bricks, so it is only an option. Its
+//! enumeration sort is an option too, because bricks listed in Morton order need no sort. Cells without a brick hold a
+//! conservative distance, whereas the study leaves their texels unchanged.
 
 mod fill;
 mod layout;
@@ -29,7 +29,7 @@ mod volume_kind;
 
 use crate::{SampleFormat, Texels};
 use argil_field::Program;
-use argil_math::{Control, cell_of, morton};
+use argil_math::{Control, morton, morton_cell};
 use glam::UVec3;
 use web_time::Instant;
 
@@ -98,8 +98,8 @@ impl Octree {
         let selected = start.elapsed();
         let tree = OctreeNodes::from_codes(selection.codes, layout.depth);
         let built = start.elapsed();
-        let fill = layout.encoding.fill(program, &layout.voxel_grid, 0);
-        let words = layout.words(program, keep);
+        let fill = layout.encoding.fill_uniform(program, &layout.voxel_grid, 0);
+        let words = layout.uniform(program, keep);
         let tree_of = (&tree, &selection.centers[..]);
         let texels = match layout.encoding.format {
             SampleFormat::Snorm8 => {
@@ -181,11 +181,11 @@ impl Octree {
 
     /// Whether a cell has a brick.
     pub fn has_brick(&self, cell: UVec3) -> bool {
-        self.layout.holds(cell) && self.tree.codes().binary_search(&morton(cell)).is_ok()
+        self.layout.contains_voxels(cell) && self.tree.codes().binary_search(&morton(cell)).is_ok()
     }
 
     /// Iterates over the cells of all bricks, in the order of their codes.
     pub fn cells(&self) -> impl Iterator<Item = UVec3> + '_ {
-        self.tree.codes().iter().map(|&code| cell_of(code))
+        self.tree.codes().iter().map(|&code| morton_cell(code))
     }
 }

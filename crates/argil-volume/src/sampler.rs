@@ -1,6 +1,6 @@
 //! Trilinear interpolation between samples, like a linear texture filter that clamps at the border.
 
-use crate::{Encoding, RESOLUTIONS, Texel, VoxelGrid};
+use crate::{Encoding, RESOLUTION_RANGE, Texel, VoxelGrid};
 use glam::Vec3;
 
 /// A level of a volume, ready to be sampled.
@@ -28,7 +28,7 @@ impl<'a, T: Texel> Sampler<'a, T> {
     ) -> Option<Self> {
         let size = lattice.level_size(level);
         // Indices must be exact as `f32`.
-        let is_small = lattice.size.max_element() <= *RESOLUTIONS.end();
+        let is_small = lattice.size.max_element() <= *RESOLUTION_RANGE.end();
         if !is_small || texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
             return None;
         }
@@ -69,8 +69,8 @@ impl<'a, T: Texel> Sampler<'a, T> {
             // texels as the sides' product.
             let (a, b) = unsafe {
                 (
-                    self.texels.get_unchecked(start).integer(),
-                    self.texels.get_unchecked(start + next_x).integer(),
+                    self.texels.get_unchecked(start).code(),
+                    self.texels.get_unchecked(start + next_x).code(),
                 )
             };
             a + (b - a) * fx

@@ -7,9 +7,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub enum Texels {
     /// Samples of one byte.
-    Eight(Vec<i8>),
+    Snorm8(Vec<i8>),
     /// Samples of two bytes.
-    Sixteen(Vec<i16>),
+    Snorm16(Vec<i16>),
     /// A part of a file.
     Mapped {
         /// The file.
@@ -17,7 +17,7 @@ pub enum Texels {
         /// The range of bytes, aligned to 64 bytes.
         range: Range<usize>,
         /// The format of a sample.
-        bits: SampleFormat,
+        format: SampleFormat,
     },
 }
 
@@ -28,8 +28,8 @@ impl Texels {
     /// Returns the samples' bytes, little-endian.
     pub fn bytes(&self) -> &[u8] {
         match self {
-            Self::Eight(all) => bytemuck::cast_slice(all),
-            Self::Sixteen(all) => bytemuck::cast_slice(all),
+            Self::Snorm8(all) => bytemuck::cast_slice(all),
+            Self::Snorm16(all) => bytemuck::cast_slice(all),
             Self::Mapped { file, range, .. } => &file[range.clone()],
         }
     }
@@ -37,15 +37,15 @@ impl Texels {
     /// Returns the format of a sample.
     pub fn bits(&self) -> SampleFormat {
         match self {
-            Self::Eight(_) => SampleFormat::Snorm8,
-            Self::Sixteen(_) => SampleFormat::Snorm16,
-            Self::Mapped { bits, .. } => *bits,
+            Self::Snorm8(_) => SampleFormat::Snorm8,
+            Self::Snorm16(_) => SampleFormat::Snorm16,
+            Self::Mapped { format: bits, .. } => *bits,
         }
     }
 
     /// Returns the samples, if they are of this type.
     pub fn of<T: Texel>(&self) -> Option<&[T]> {
-        (self.bits() == T::BITS)
+        (self.bits() == T::FORMAT)
             .then(|| bytemuck::try_cast_slice(self.bytes()).ok())
             .flatten()
     }
@@ -53,11 +53,11 @@ impl Texels {
     /// Creates samples from little-endian bytes. Returns `None` if half a sample remains.
     pub fn from_bytes(bits: SampleFormat, bytes: Vec<u8>) -> Option<Self> {
         match bits {
-            SampleFormat::Snorm8 => Some(Self::Eight(bytemuck::allocation::cast_vec(bytes))),
+            SampleFormat::Snorm8 => Some(Self::Snorm8(bytemuck::allocation::cast_vec(bytes))),
             SampleFormat::Snorm16 => {
                 let (pairs, rest) = bytes.as_chunks::<2>();
                 rest.is_empty()
-                    .then(|| Self::Sixteen(pairs.iter().map(|&b| i16::from_le_bytes(b)).collect()))
+                    .then(|| Self::Snorm16(pairs.iter().map(|&b| i16::from_le_bytes(b)).collect()))
             }
         }
     }
@@ -68,16 +68,16 @@ impl Texels {
     /// If they are of another type.
     pub(crate) fn into_vec<T: Texel>(self) -> Vec<T> {
         match self {
-            Self::Eight(all) => bytemuck::allocation::cast_vec(all),
-            Self::Sixteen(all) => bytemuck::allocation::cast_vec(all),
+            Self::Snorm8(all) => bytemuck::allocation::cast_vec(all),
+            Self::Snorm16(all) => bytemuck::allocation::cast_vec(all),
             Self::Mapped { .. } => self.of::<T>().expect(OF_THIS_TYPE).to_vec(),
         }
     }
 
     pub(crate) fn from_vec<T: Texel>(all: Vec<T>) -> Self {
-        match T::BITS {
-            SampleFormat::Snorm8 => Self::Eight(bytemuck::allocation::cast_vec(all)),
-            SampleFormat::Snorm16 => Self::Sixteen(bytemuck::allocation::cast_vec(all)),
+        match T::FORMAT {
+            SampleFormat::Snorm8 => Self::Snorm8(bytemuck::allocation::cast_vec(all)),
+            SampleFormat::Snorm16 => Self::Snorm16(bytemuck::allocation::cast_vec(all)),
         }
     }
 }

@@ -3,7 +3,7 @@ use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
 
 /// Valid numbers of voxels along the longest side of a volume.
-pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 8..=4096;
+pub const RESOLUTION_RANGE: std::ops::RangeInclusive<u32> = 8..=4096;
 
 /// Minimum voxels between the solid and the sides of its volume.
 const MARGIN_VOXELS: f32 = 2.0;
@@ -12,8 +12,8 @@ const MARGIN_VOXELS: f32 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "resolution {0}: choose {least} to {most} voxels along the longest side",
-    least = RESOLUTIONS.start(),
-    most = RESOLUTIONS.end()
+    least = RESOLUTION_RANGE.start(),
+    most = RESOLUTION_RANGE.end()
 )]
 pub struct ResolutionError(
     /// The requested resolution.
@@ -24,7 +24,7 @@ pub struct ResolutionError(
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "voxel size {voxel_size}: the box is {longest} long, which must be {least} to {max} voxels",
-    least = RESOLUTIONS.start()
+    least = RESOLUTION_RANGE.start()
 )]
 pub struct VoxelSizeError {
     /// Maximum voxels along the longest side.
@@ -36,16 +36,16 @@ pub struct VoxelSizeError {
 }
 
 /// Maximum distance of a voxel from the grid's corner, in voxels. `f32` counts no farther.
-pub const FARTHEST_VOXEL: i32 = 1 << 23;
+pub const MAX_VOXEL_INDEX: i32 = 1 << 23;
 
 /// Maximum voxels along the longest side of sparse bricks with a given voxel size. The same number is left for
 /// growth.
-pub const MAX_SPARSE_RESOLUTION: u32 = FARTHEST_VOXEL as u32 / 2;
+pub const MAX_SPARSE_RESOLUTION: u32 = MAX_VOXEL_INDEX as u32 / 2;
 
 /// A grid cannot grow that far.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the scene reaches {voxels} voxels from the origin of its volume, and the limit is {FARTHEST_VOXEL}: choose larger voxels, or move the brush closer"
+    "the scene reaches {voxels} voxels from the origin of its volume, and the limit is {MAX_VOXEL_INDEX}: choose larger voxels, or move the brush closer"
 )]
 pub struct TooFarError {
     /// The requested distance in voxels.
@@ -71,8 +71,8 @@ pub struct VoxelGrid {
     pub begin: IVec3,
     /// Number of voxels along each axis.
     pub size: UVec3,
-    /// Whether the box clips the solid. An infinite solid is clipped by the bounds of the scene, or by a box around the
-    /// origin.
+    /// Whether the box clips the solid. An infinite solid is clipped by the bounds of the view, or by a box around the
+    /// origin. A `World` passes a box around the finite brushes as bounds.
     pub is_clipped: bool,
 }
 
@@ -81,9 +81,9 @@ impl VoxelGrid {
     /// one voxel longer than the box.
     ///
     /// # Errors
-    /// If the resolution is outside [`RESOLUTIONS`].
+    /// If the resolution is outside [`RESOLUTION_RANGE`].
     pub fn covering(region: Aabb, resolution: u32) -> Result<Self, ResolutionError> {
-        if !RESOLUTIONS.contains(&resolution) {
+        if !RESOLUTION_RANGE.contains(&resolution) {
             return Err(ResolutionError(resolution));
         }
         let sides = region.size().max(Vec3::splat(1e-6));
@@ -106,19 +106,19 @@ impl VoxelGrid {
     /// is clipped to the bounds, or to a box of size 2 around the origin.
     ///
     /// # Errors
-    /// If the resolution is outside [`RESOLUTIONS`].
+    /// If the resolution is outside [`RESOLUTION_RANGE`].
     pub fn fitting(
         solid: Aabb,
         frame: Option<Aabb>,
         resolution: u32,
     ) -> Result<Self, ResolutionError> {
-        if !RESOLUTIONS.contains(&resolution) {
+        if !RESOLUTION_RANGE.contains(&resolution) {
             return Err(ResolutionError(resolution));
         }
         // The margin's voxels count among the resolution.
         let voxel_of =
             |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
-        let (held, is_cut) = held_by(solid, frame, voxel_of);
+        let (held, is_cut) = contained_box(solid, frame, voxel_of);
         let lattice = Self::covering(held, resolution)?;
         Ok(Self {
             is_clipped: is_cut,
@@ -131,17 +131,17 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// If there would be too few or too many voxels along the longest side.
-    pub fn of_voxels(
+    pub fn with_voxel_size(
         solid: Aabb,
         frame: Option<Aabb>,
         voxel: f32,
         most: u32,
     ) -> Result<Self, VoxelSizeError> {
-        let (held, is_cut) = held_by(solid, frame, |_| voxel);
+        let (held, is_cut) = contained_box(solid, frame, |_| voxel);
         let count = (held.size() / voxel - 1e-3).ceil();
         let longest = count.max_element() as u32;
-        if !(voxel > 0.0 && (*RESOLUTIONS.start()..=most).contains(&longest)) {
-            let longest = held_by(solid, frame, |_| 0.0).0.size().max_element();
+        if !(voxel > 0.0 && (*RESOLUTION_RANGE.start()..=most).contains(&longest)) {
+            let longest = contained_box(solid, frame, |_| 0.0).0.size().max_element();
             return Err(VoxelSizeError {
                 max: most,
                 voxel_size: voxel,
@@ -173,7 +173,7 @@ impl VoxelGrid {
         let high = count(solid.max) + MARGIN_VOXELS;
         let end = self.begin + self.size.as_ivec3();
         let farthest = low.abs().max(high.abs()).max_element();
-        if farthest.is_nan() || farthest > (FARTHEST_VOXEL - 4096) as f32 {
+        if farthest.is_nan() || farthest > (MAX_VOXEL_INDEX - 4096) as f32 {
             return Err(TooFarError { voxels: farthest });
         }
         let (low, high) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
@@ -197,7 +197,7 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// If the box is too far from the grid's corner.
-    pub fn covering_on(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
+    pub fn recomputed(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
         let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
         let held = if solid.is_finite() {
             frame.union(solid.grown(MARGIN_VOXELS * self.voxel_size))
@@ -210,7 +210,7 @@ impl VoxelGrid {
         let low = ((held.min - self.corner) / self.voxel_size + 1e-3).floor();
         let high = ((held.max - self.corner) / self.voxel_size - 1e-3).ceil();
         let farthest = low.abs().max(high.abs()).max_element();
-        if farthest.is_nan() || farthest > FARTHEST_VOXEL as f32 {
+        if farthest.is_nan() || farthest > MAX_VOXEL_INDEX as f32 {
             return Err(TooFarError { voxels: farthest });
         }
         let begin = low.as_ivec3();
@@ -223,7 +223,7 @@ impl VoxelGrid {
     }
 
     /// Returns the same voxels, counted from the box's own corner.
-    pub fn rebased(&self) -> Self {
+    pub fn with_origin_at_box(&self) -> Self {
         Self {
             corner: self.aabb().min,
             begin: IVec3::ZERO,
@@ -277,7 +277,7 @@ impl VoxelGrid {
 
 /// Returns the box of a grid and whether it clips the solid. The solid's box and the bounds determine the voxel
 /// size.
-fn held_by(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
+fn contained_box(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
     let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
     if solid.is_finite() {
         let voxel = voxel_of(frame.union(solid));
@@ -336,7 +336,7 @@ mod tests {
         let inner = grown.aabb().grown(-1.99 * grown.voxel_size);
         assert!(inner.contains(far.min) && inner.contains(far.max));
         assert_eq!(grown.grown_to(far, 32), Ok(grown));
-        assert_eq!(grown.rebased().aabb().min, grown.aabb().min);
+        assert_eq!(grown.with_origin_at_box().aabb().min, grown.aabb().min);
         let infinite = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a lattice");
         assert_eq!(infinite.grown_to(far, 32), Ok(infinite));
         let lost = Aabb::new(far.min, Vec3::splat(1e30));

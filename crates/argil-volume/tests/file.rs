@@ -130,7 +130,7 @@ fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
                         sections.push(section);
                     }
                 }
-                Some(VolumeError::Other(_)) => assert!(length < 8),
+                Some(VolumeError::NotAVolumeFile(_)) => assert!(length < 8),
                 other => panic!("{length} bytes: {:?}", other.map(|e| e.to_string())),
             }
         }

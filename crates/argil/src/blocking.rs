@@ -33,13 +33,13 @@ impl Engine {
         wait(Self::with_backend_async(backend))
     }
 
-    /// Lists the graphics devices of this machine, the best one first. The CPU is always available besides.
+    /// Lists the graphics devices of this machine, the best one first. The CPU is always available too.
     pub fn devices() -> Vec<DeviceInfo> {
         wait(Self::devices_async())
     }
 
     /// Creates a world from a volume file, without building it again. `path` appears in messages, and its folder is
-    /// where the scene's meshes are looked for.
+    /// searched for the scene's meshes.
     ///
     /// # Errors
     /// If the file's contents are inconsistent, a mesh cannot be loaded, or the device does not accept the volume.
@@ -66,7 +66,7 @@ impl Engine {
 }
 
 impl Build<'_> {
-    /// Builds a world of sparse bricks. A number stands for the voxels along the longest side.
+    /// Builds a world of sparse bricks. A number sets the voxels along the longest side.
     ///
     /// # Errors
     /// If an option is out of range, or the bricks exceed the memory budget or the device's limits.
@@ -74,7 +74,7 @@ impl Build<'_> {
         self.with_representation(options.into())
     }
 
-    /// Builds a world that stores one dense volume. A number stands for the voxels along the longest side.
+    /// Builds a world that stores one dense volume. A number sets the voxels along the longest side.
     ///
     /// # Errors
     /// If an option is out of range, or the volume exceeds the free memory or the device's limits.
@@ -82,7 +82,7 @@ impl Build<'_> {
         self.with_representation(options.into())
     }
 
-    /// Builds a world that stores an octree of bricks. A number stands for the voxels along the longest side.
+    /// Builds a world that stores an octree of bricks. A number sets the voxels along the longest side.
     ///
     /// # Errors
     /// If an option is out of range, or the octree exceeds the free memory or the device's limits.
@@ -94,8 +94,11 @@ impl Build<'_> {
     ///
     /// # Errors
     /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
-    pub fn with_representation(self, via: impl Into<Representation>) -> Result<World, BuildError> {
-        wait(self.with_representation_async(via))
+    pub fn with_representation(
+        self,
+        representation: impl Into<Representation>,
+    ) -> Result<World, BuildError> {
+        wait(self.with_representation_async(representation))
     }
 }
 
@@ -106,8 +109,12 @@ impl World {
     /// # Errors
     /// If the scene cannot be compiled, an option is out of range, or the result exceeds the memory budget or the
     /// device's limits.
-    pub fn rebuilt_as(self, scene: &Scene, via: Representation) -> Result<Self, BuildError> {
-        wait(self.rebuilt_as_async(scene, via))
+    pub fn rebuilt_as(
+        self,
+        scene: &Scene,
+        representation: Representation,
+    ) -> Result<Self, BuildError> {
+        wait(self.rebuilt_as_async(scene, representation))
     }
 
     /// Describes the volume. Returns `None` for a world without one.
@@ -127,8 +134,8 @@ impl World {
     /// specialized or a software device lacks an opcode.
     ///
     /// # Errors
-    /// If the scene cannot be compiled, or the result exceeds the memory budget. The world can still follow the next
-    /// scene that works.
+    /// If the scene cannot be compiled, or the result exceeds the memory budget. A later call with a
+    /// valid scene can succeed.
     pub fn apply(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
         wait(self.apply_async(scene))
     }

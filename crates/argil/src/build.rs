@@ -54,12 +54,14 @@ impl<'a> Build<'a> {
     /// If an option is out of range, or the result exceeds the memory budget or the device's limits.
     pub async fn with_representation_async(
         self,
-        via: impl Into<Representation>,
+        representation: impl Into<Representation>,
     ) -> Result<World, BuildError> {
-        let via = via.into();
-        if via == Representation::Field {
+        let representation = representation.into();
+        if representation == Representation::Field {
             return Ok(self.world);
         }
-        self.world.rebuilt_as_async(self.scene, via).await
+        self.world
+            .rebuilt_as_async(self.scene, representation)
+            .await
     }
 }

@@ -80,7 +80,7 @@ pub(crate) struct EditSession {
 impl EditSession {
     pub(crate) fn of(scene: &Scene) -> Self {
         Self {
-            identity: scene.identity(),
+            identity: scene.id(),
             seen_changes: scene.change_count(),
             edits: None,
             watch: None,
@@ -104,7 +104,7 @@ impl EditSession {
 
     /// Whether the world has applied every change of this scene.
     pub(crate) fn has_seen_all(&self, scene: &Scene) -> bool {
-        self.identity == scene.identity() && self.seen_changes == scene.change_count()
+        self.identity == scene.id() && self.seen_changes == scene.change_count()
     }
 
     /// Returns why this scene's changes cannot be applied in place, or `None` if they can.
@@ -112,8 +112,7 @@ impl EditSession {
         if self.identity == STALE {
             return Some(self.stale_reason);
         }
-        let is_other =
-            self.identity != scene.identity() || self.seen_changes > scene.change_count();
+        let is_other = self.identity != scene.id() || self.seen_changes > scene.change_count();
         is_other.then_some(RebuildReason::OtherScene)
     }
 
@@ -334,7 +333,7 @@ impl EditSession {
             return Err(self.mark_stale(error));
         }
         if let EditableVolume::Gpu(volume, field) = kept {
-            self.stats += volume.settle(field.gpu()).await?;
+            self.stats += volume.flush(field.gpu()).await?;
         }
         Ok(self.take_stats())
     }

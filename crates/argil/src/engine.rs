@@ -126,7 +126,7 @@ impl Engine {
     }
 
     /// Returns the reason why this device was selected.
-    pub fn reason(&self) -> &str {
+    pub fn selection_reason(&self) -> &str {
         &self.selection_reason
     }
 }

@@ -27,7 +27,7 @@ pub enum BuildError {
     Resolution(#[from] argil_volume::ResolutionError),
     /// The voxel size is out of range.
     #[error(transparent)]
-    Voxel(#[from] argil_volume::VoxelSizeError),
+    VoxelSize(#[from] argil_volume::VoxelSizeError),
     /// The octree's options are invalid.
     #[error(transparent)]
     Octree(#[from] argil_volume::OctreeError),
@@ -39,7 +39,7 @@ pub enum BuildError {
     Cancelled,
     /// The stored band is out of range.
     #[error("band of {0} voxels: choose 0.5 to 4096 voxels")]
-    Range(f32),
+    Band(f32),
     /// The volume exceeds the free memory.
     #[error(
         "the volume needs {} MiB, and {} MiB of memory are free: lower the resolution",
@@ -107,12 +107,12 @@ pub enum VolumeFileError {
 #[non_exhaustive]
 pub enum GridError {
     /// The output has another length than the grid has points.
-    #[error("the grid has {points} points, and the slice has room for {numbers} distances")]
+    #[error("the grid has {points} points, and the slice has room for {len} distances")]
     Length {
         /// Number of points of the grid.
         points: usize,
         /// Length of the output.
-        numbers: usize,
+        len: usize,
     },
     /// The grid's corner or spacing is not finite.
     #[error("the grid's corner and spacing must be finite")]

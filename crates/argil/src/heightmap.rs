@@ -27,7 +27,7 @@ pub(crate) fn heights(
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (width, height) = reader.info().size();
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(MeshReadError::TooMuch {
+        return Err(MeshReadError::TooLarge {
             path: place.into(),
             what: format!(
                 "{width} × {height} pixels: heights are read of up to {MAX_PIXELS}; make it smaller"

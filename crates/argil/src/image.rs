@@ -85,7 +85,7 @@ pub struct PngImage {
     /// Pixels as 8-bit RGB, three bytes each, row by row from the top.
     pub rgb: Vec<u8>,
     /// Whether the file held more than that: an alpha channel, or 16 bits per channel.
-    pub had_more: bool,
+    pub lost_precision: bool,
 }
 
 /// Reads a PNG file as 8-bit RGB.
@@ -129,6 +129,6 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
     Ok(PngImage {
         size: [frame.width, frame.height],
         rgb,
-        had_more,
+        lost_precision: had_more,
     })
 }

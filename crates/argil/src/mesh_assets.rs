@@ -149,8 +149,8 @@ pub fn load_meshes_from_bytes(
             loaded.push(mesh);
             continue;
         }
-        let format =
-            MeshFormat::from_path(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+        let format = MeshFormat::from_path(place)
+            .ok_or_else(|| MeshReadError::UnknownFormat(place.into()))?;
         let solid = solid_of(bytes, format, place)?;
         let mesh = LoadedMesh {
             grid: Arc::new(sampled(&solid, resolution, place, &Control::default())?),
@@ -267,7 +267,7 @@ fn load(
         return Ok(of_grid(path, resolution, grid));
     }
     let format =
-        MeshFormat::from_path(place).ok_or_else(|| MeshReadError::Unknown(place.into()))?;
+        MeshFormat::from_path(place).ok_or_else(|| MeshReadError::UnknownFormat(place.into()))?;
     let bytes = argil_mesh::bytes(place)?;
     #[cfg(feature = "mesh-files")]
     let kept = mesh_cache::place(&bytes, format, resolution);

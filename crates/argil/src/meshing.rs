@@ -9,7 +9,7 @@ use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
     Mesh, MeshFormat, MeshReport, MeshWriteOptions, marching, project_to_field, simplify, write,
 };
-use argil_volume::{CellPrograms, RESOLUTIONS, Volume, VoxelGrid};
+use argil_volume::{CellPrograms, RESOLUTION_RANGE, Volume, VoxelGrid};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -263,15 +263,14 @@ impl World {
     fn own_lattice(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
         let solid = self.program().aabb().grown(options.iso.max(0.0));
         let frame = clip_box(&self.scene, solid);
-        let most = *RESOLUTIONS.end();
-        let lattice = match options.voxel_size {
-            Some(voxel) => {
-                VoxelGrid::of_voxels(solid, frame, voxel, most).map_err(BuildError::from)?
-            }
-            None => {
-                VoxelGrid::fitting(solid, frame, options.resolution).map_err(BuildError::from)?
-            }
-        };
+        let most = *RESOLUTION_RANGE.end();
+        let lattice =
+            match options.voxel_size {
+                Some(voxel) => VoxelGrid::with_voxel_size(solid, frame, voxel, most)
+                    .map_err(BuildError::from)?,
+                None => VoxelGrid::fitting(solid, frame, options.resolution)
+                    .map_err(BuildError::from)?,
+            };
         Ok(lattice)
     }
 
@@ -371,8 +370,8 @@ async fn of_gpu(
     };
     let marched = volume.march(field, &options).await;
     let (mesh, took) = marched.map_err(|error| match error {
-        GpuError::NotMarched => SurfaceError::Octree.into(),
-        GpuError::OtherLevel => SurfaceError::Iso.into(),
+        GpuError::NotMeshable => SurfaceError::Octree.into(),
+        GpuError::UnsupportedIsoLevel => SurfaceError::Iso.into(),
         error => MeshError::from(BuildError::from(error)),
     })?;
     stages.all.extend(took);
@@ -386,7 +385,7 @@ async fn brought(
     stages: &mut Stages,
 ) -> Result<Mesh, MeshError> {
     stages.restart();
-    let mut mesh = mesh.read(field.gpu()).await.map_err(BuildError::from)?;
+    let mut mesh = mesh.download(field.gpu()).await.map_err(BuildError::from)?;
     if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         mesh.normals = Vec::new();
     }

@@ -104,7 +104,7 @@ impl<'a> Probe<'a> {
                 self.list.clear();
                 match self.lists {
                     Lists::Live(live) => live.part_program(part, &mut self.list),
-                    Lists::Index(index) => index.list(program, part, &mut self.list),
+                    Lists::Index(index) => index.part_program(program, part, &mut self.list),
                     Lists::Tree(_) | Lists::Whole => {}
                 }
             }
@@ -115,7 +115,7 @@ impl<'a> Probe<'a> {
                     Some(last) if last.1.contains(p) => last,
                     _ => {
                         let beyond = (program.instructions(), Aabb::new(p, p));
-                        tree.list(program, p).unwrap_or(beyond)
+                        tree.program_at(program, p).unwrap_or(beyond)
                     }
                 };
                 self.last = Some((list, cell));

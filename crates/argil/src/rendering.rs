@@ -91,7 +91,7 @@ impl World {
         with_hits: bool,
     ) -> Result<(RenderOutput, f64), RenderError> {
         check(camera, settings)?;
-        if !self.representation.shows(settings.mode) {
+        if !self.representation.supports_mode(settings.mode) {
             return Err(RenderError::NoBricks);
         }
         let lattice = self.storage.voxel_grid();

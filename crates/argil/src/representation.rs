@@ -45,15 +45,15 @@ macro_rules! representations {
             ///
             /// ```
             /// use argil::Representation;
-            /// let words: Vec<&str> = Representation::all(64).iter().map(Representation::word).collect();
-            /// assert_eq!(words, ["field", "bricks", "dense", "octree", "mesh"]);
+            /// let names: Vec<&str> = Representation::all(64).iter().map(Representation::name).collect();
+            /// assert_eq!(names, ["field", "bricks", "dense", "octree", "mesh"]);
             /// ```
             pub fn all(resolution: u32) -> Vec<Self> {
                 vec![Self::Field, $(Self::$name($options::with_resolution(resolution)),)*]
             }
 
             /// Returns the name that the command line uses: `field`, `bricks`, and so on.
-            pub fn word(&self) -> &'static str {
+            pub fn name(&self) -> &'static str {
                 match self {
                     Self::Field => "field",
                     $(Self::$name(_) => $options::NAME,)*
@@ -61,7 +61,7 @@ macro_rules! representations {
             }
 
             /// Describes the representation in one line.
-            pub fn about(&self) -> &'static str {
+            pub fn description(&self) -> &'static str {
                 match self {
                     Self::Field => "The exact field",
                     $(Self::$name(_) => $options::DESCRIPTION,)*
@@ -69,11 +69,11 @@ macro_rules! representations {
             }
 
             /// Whether a render mode works with this representation. Only some have bricks or nodes to show.
-            pub fn shows(&self, show: RenderMode) -> bool {
+            pub fn supports_mode(&self, mode: RenderMode) -> bool {
                 match self {
-                    _ if !matches!(show, RenderMode::Bricks | RenderMode::Nodes) => true,
+                    _ if !matches!(mode, RenderMode::Bricks | RenderMode::Nodes) => true,
                     Self::Field => false,
-                    $(Self::$name(options) => options.supports_mode(show),)*
+                    $(Self::$name(options) => options.supports_mode(mode),)*
                 }
             }
 
@@ -144,6 +144,6 @@ impl clap::ValueEnum for Representation {
     }
 
     fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        Some(clap::builder::PossibleValue::new(self.word()).help(self.about()))
+        Some(clap::builder::PossibleValue::new(self.name()).help(self.description()))
     }
 }

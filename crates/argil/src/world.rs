@@ -86,7 +86,7 @@ impl World {
     pub async fn rebuilt_as_async(
         mut self,
         scene: &Scene,
-        via: Representation,
+        representation: Representation,
     ) -> Result<Self, BuildError> {
         // Free the old volume before the new one is built.
         self.storage = Storage::Field;
@@ -103,10 +103,11 @@ impl World {
         {
             gpu.update(program)?;
         }
-        (self.storage, self.build_timings) =
-            via.build(&self.site(scene, self.program()), None).await?;
+        (self.storage, self.build_timings) = representation
+            .build(&self.site(scene, self.program()), None)
+            .await?;
         self.begin_following(scene);
-        self.representation = via;
+        self.representation = representation;
         Ok(self)
     }
 
@@ -207,7 +208,7 @@ impl World {
         match (&self.storage, &self.gpu) {
             (Storage::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
             (Storage::Gpu(volume), Some(field)) => {
-                Ok(Some(Cow::Owned(volume.read(field.gpu()).await?)))
+                Ok(Some(Cow::Owned(volume.download(field.gpu()).await?)))
             }
             _ => Ok(None),
         }
@@ -342,7 +343,10 @@ impl World {
     pub fn sample_grid(&self, grid: &Grid, out: &mut [f32]) -> Result<(), GridError> {
         if out.len() != grid.len() {
             let (points, numbers) = (grid.len(), out.len());
-            return Err(GridError::Length { points, numbers });
+            return Err(GridError::Length {
+                points,
+                len: numbers,
+            });
         }
         if !(grid.min.is_finite() && grid.spacing.is_finite()) {
             return Err(GridError::NotFinite);

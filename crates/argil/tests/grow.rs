@@ -413,7 +413,7 @@ fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error:
     for voxel in [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-9, 1e9] {
         let refused = built(&scene, voxel).expect_err("no such voxels");
         assert!(
-            matches!(refused, BuildError::Voxel(_)),
+            matches!(refused, BuildError::VoxelSize(_)),
             "{voxel}: {refused}"
         );
     }

@@ -20,22 +20,22 @@ pub struct Additions<'a> {
 
 /// An appended brush with a hard joint: its operator, and the instruction that measures it.
 #[derive(Debug)]
-pub struct HardUnionBrush {
+pub struct HardBrush {
     instr: Instruction,
-    /// Whether it is united, not subtracted.
-    pub adds: bool,
+    /// Whether it is added rather than subtracted.
+    pub is_union: bool,
 }
 
-impl HardUnionBrush {
-    /// Returns instructions that start with [`HardUnionBrush::start`] and give what combines with the scene: the
+impl HardBrush {
+    /// Returns instructions that start with [`HardBrush::start`] and give what combines with the scene: the
     /// smaller of both for a union, and the larger otherwise.
     pub fn list(&self) -> &[Instruction] {
         std::slice::from_ref(&self.instr)
     }
 
-    /// Returns the start value for [`HardUnionBrush::list`].
+    /// Returns the start value for [`HardBrush::list`].
     pub fn start(&self) -> f32 {
-        if self.adds { FAR } else { -FAR }
+        if self.is_union { FAR } else { -FAR }
     }
 }
 
@@ -68,19 +68,19 @@ impl IncrementalProgram {
 }
 
 impl Additions<'_> {
-    /// Returns all of them, last first, if each has a hard joint.
-    pub fn hard(&self) -> Option<Vec<HardUnionBrush>> {
+    /// Returns all brushes, last first, if each has a hard joint.
+    pub fn hard_brushes(&self) -> Option<Vec<HardBrush>> {
         let brushes = self.brushes.iter().map(|(_, joint, instr)| {
-            (joint.k == 0.0).then_some(HardUnionBrush {
+            (joint.k == 0.0).then_some(HardBrush {
                 instr: *instr,
-                adds: joint.sa > 0.0,
+                is_union: joint.sa > 0.0,
             })
         });
         brushes.collect()
     }
 
-    /// Returns the largest distance where the scene's distance without them is at most `before`.
-    pub fn greatest(&self, before: f32) -> f32 {
+    /// Returns the maximum distance at points where the scene's distance without the brushes is at most `before`.
+    pub fn max_distance_after(&self, before: f32) -> f32 {
         let all = self.brushes.iter();
         let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint, _)| {
             // No interior point is farther from the surface than half of the box.
@@ -90,7 +90,7 @@ impl Additions<'_> {
         before.max(self.program.lipschitz() * depth) + blends
     }
 
-    /// Whether one of them can matter within `radius` of a point where the scene's distance without them is from
+    /// Whether a brush can matter within `radius` of a point where the scene's distance without the brushes is from
     /// `least` to `most`. [`Pruner`](crate::Pruner) drops the others.
     pub fn can_matter(&self, point: Vec3, radius: f32, [least, most]: [f32; 2]) -> bool {
         let region = Aabb::new(point, point).grown(radius);

@@ -23,7 +23,7 @@ pub struct ChangeSet {
 
 impl ChangeSet {
     /// Whether an instruction was touched, before or after the update.
-    pub fn has(&self, instr: &Instruction) -> bool {
+    pub fn contains(&self, instr: &Instruction) -> bool {
         let at = self
             .stretches
             .partition_point(|&(begin, _)| begin <= instr.params);
@@ -32,13 +32,13 @@ impl ChangeSet {
     }
 
     /// Whether a list contains a touched instruction. If it does not, its distances are unchanged.
-    pub fn any(&self, list: &[Instruction]) -> bool {
-        list.iter().any(|instr| self.has(instr))
+    pub fn intersects(&self, list: &[Instruction]) -> bool {
+        list.iter().any(|instr| self.contains(instr))
     }
 
     /// Returns the number of touched instructions in a list.
-    pub fn count(&self, list: &[Instruction]) -> usize {
-        list.iter().filter(|instr| self.has(instr)).count()
+    pub fn count_in(&self, list: &[Instruction]) -> usize {
+        list.iter().filter(|instr| self.contains(instr)).count()
     }
 }
 

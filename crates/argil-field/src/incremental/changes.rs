@@ -52,12 +52,12 @@ impl IncrementalProgram {
         }
     }
 
-    /// Returns what the last update touched, or `None` if it may be anything.
+    /// Returns the nodes that the last update touched, or `None` if it may have touched any.
     pub fn changes(&self) -> Option<&ChangeSet> {
         self.update.collected()
     }
 
-    /// Appends the [`IncrementalProgram::part_program`] before the last update. Returns whether it is known.
+    /// Appends the [`IncrementalProgram::part_program`] before the last update, if it is known.
     pub fn previous_part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
         let Some(touched) = self.changes() else {
             return;

@@ -6,7 +6,7 @@ use super::lowering::{Lowering, LoweringTask};
 use super::params::{affine_words, is_loop, keep, repeat_words, scale_of};
 use crate::params::pack;
 use argil_abi::{self as abi, Instruction};
-use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, copies_looked_at};
+use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, evaluated_copies};
 use glam::DAffine3;
 use std::f32::consts::TAU;
 
@@ -138,12 +138,12 @@ impl Lowering<'_> {
                 self.emit(instr);
             }
             Modifier::Repeat { spacing, count } => {
-                let looked_at = copies_looked_at(modifier, content);
+                let looked_at = evaluated_copies(modifier, content);
                 let (words, copies) = repeat_words(spacing, count, looked_at);
                 self.open_loop(node, abi::OP_REPEAT, &words, copies, frame, closing)?;
             }
             Modifier::RadialRepeat { count } => {
-                let copies = copies_looked_at(modifier, content)[0];
+                let copies = evaluated_copies(modifier, content)[0];
                 let words = [count as f32, TAU / count as f32, copies as f32];
                 let copies = u64::from(copies);
                 self.open_loop(node, abi::OP_RADIAL, &words, copies, frame, closing)?;

@@ -12,7 +12,7 @@ use crate::pass_recorder::PassRecorder;
 use crate::program::NOP;
 use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{self as abi, BrickBuild, BrickVolume};
+use argil_abi::{self as abi, BrickBuildUniform, BrickUniform};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
@@ -147,7 +147,7 @@ impl<'a> BrickBuilder<'a> {
             let candidates = 4 * 64 * 4 * u64::from(prune.count);
             self.scratch.candidates.reserve(gpu, candidates)?;
             let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
-            let words = BrickBuild {
+            let words = BrickBuildUniform {
                 chunk,
                 chunks: chunks.max(1),
                 pool_x: self.pool[0],
@@ -155,14 +155,14 @@ impl<'a> BrickBuilder<'a> {
                 capacity,
                 mixed: mixed_room as u32,
                 table: self.cells.described(),
-                ..self.layout.words(self.program)
+                ..self.layout.build_uniform(self.program)
             };
             let order = BuildParams {
                 words,
                 fill: self
                     .layout
                     .encoding
-                    .fill(self.program, &self.layout.voxel_grid, 0),
+                    .fill_uniform(self.program, &self.layout.voxel_grid, 0),
                 prune,
                 instrs: &self.instrs,
                 length: run.instrs.len(),
@@ -208,7 +208,7 @@ impl<'a> BrickBuilder<'a> {
             ledger: self.ledger,
             lipschitz: self.program.lipschitz(),
             making: None,
-            uniform: BrickVolume::default(),
+            uniform: BrickUniform::default(),
         };
         let texture = tables.fit(self.field, texture, count, mixed)?;
         volume_of(self.field, texture, tables)

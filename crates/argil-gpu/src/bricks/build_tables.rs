@@ -3,7 +3,7 @@
 use crate::resources::uniform_of;
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
-use argil_abi::{BrickBuild, FillUniform, PruneUniform};
+use argil_abi::{BrickBuildUniform, FillUniform, PruneUniform};
 
 /// The volume in which bricks are built.
 pub(crate) struct BrickTargets<'a> {
@@ -30,7 +30,7 @@ impl EditScratch {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let [words, fill, prune] = gpu.with_error_scope(|| {
             [
-                uniform_of::<BrickBuild>(gpu, "volume"),
+                uniform_of::<BrickBuildUniform>(gpu, "volume"),
                 uniform_of::<FillUniform>(gpu, "fill"),
                 uniform_of::<PruneUniform>(gpu, "prune"),
             ]

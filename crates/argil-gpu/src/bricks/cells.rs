@@ -6,8 +6,7 @@
 //!   words   64 for each slot
 //! ```
 //!
-//! The CPU decides which blocks there are, by what it knows of the field; it keeps the table, and brings over what changes. What
-//! is in the words is the device's alone.
+//! The CPU decides which blocks exist, and uploads changes to the table. Only the GPU writes the words.
 
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;

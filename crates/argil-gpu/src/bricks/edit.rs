@@ -14,7 +14,7 @@ use crate::pass_recorder::PassRecorder;
 use crate::program::NOP;
 use crate::volume::VolumeStorage;
 use crate::{Gpu, GpuError, GpuProgram};
-use argil_abi::{self as abi, BrickBuild, PruneUniform};
+use argil_abi::{self as abi, BrickBuildUniform, PruneUniform};
 use argil_field::IncrementalProgram;
 use argil_volume::{
     BLOCK_SIDE, BrickLayout, BrickPendingEdits, EditBatch, EditQueue, emptied_around,
@@ -36,7 +36,7 @@ impl BrickTables {
         body: &mut VolumeStorage,
         edit: crate::volume::EditContext<'_>,
     ) -> Result<(), GpuError> {
-        let Some(edits) = BrickPendingEdits::among_mut(edit.edits) else {
+        let Some(edits) = BrickPendingEdits::downcast_mut(edit.edits) else {
             return Ok(());
         };
         let (field, live, work) = (edit.field, edit.live, &mut edits.queue);
@@ -86,7 +86,7 @@ impl BrickTables {
     ) -> Result<(), GpuError> {
         self.layout.voxel_grid = layout.voxel_grid;
         let [low, high] = layout.block_range();
-        self.cells.table.cover(low, high);
+        self.cells.table.grow_to(low, high);
         self.cells.follow(gpu, &[])?;
         self.describe();
         body.lattice = layout.voxel_grid;
@@ -197,7 +197,7 @@ impl EditRun<'_> {
         let room = match room {
             None | Some(Err(GpuError::Budget { .. })) => {
                 let counted = PruneUniform {
-                    make: abi::BUILD_COUNT_ONLY,
+                    build_mode: abi::BUILD_COUNT_ONLY,
                     ..prune
                 };
                 self.encode(tables, &body.texture, making, blocks, counted)
@@ -229,7 +229,7 @@ impl EditRun<'_> {
         let layout = &tables.layout;
         let [chunk, chunks] = chunks(layout, blocks.longest(), blocks.cells());
         let order = BuildParams {
-            words: BrickBuild {
+            words: BrickBuildUniform {
                 chunk,
                 // Without cells to sample, there is one empty chunk.
                 chunks: chunks.max(1),
@@ -238,9 +238,9 @@ impl EditRun<'_> {
                 capacity: tables.pool.iter().product(),
                 mixed: tables.mixed as u32,
                 table: tables.cells.described(),
-                ..layout.words(program)
+                ..layout.build_uniform(program)
             },
-            fill: layout.encoding.fill(program, &layout.voxel_grid, 0),
+            fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
             prune,
             instrs: &making.instrs,
             length: blocks.instrs.len(),

@@ -97,7 +97,7 @@ impl BlockTables {
             arena_first,
             arena_words,
             count: count as u32,
-            make: abi::BUILD_BLOCKS,
+            build_mode: abi::BUILD_BLOCKS,
             // Two words for each cell near the surface before it.
             freed_first: 2 * 64 * count as u32,
             bounds_first: bounds_first as u32,

@@ -11,7 +11,7 @@ use crate::program::check_depth;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
 use crate::{GpuError, GpuProgram};
-use argil_abi::{self as abi, BrickBuild, FillUniform, PruneUniform};
+use argil_abi::{self as abi, BrickBuildUniform, FillUniform, PruneUniform};
 use argil_field::Program;
 use argil_volume::{BrickLayout, SampleFormat, wgsl};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ const EVALUATIONS_TO_PRUNE: u64 = 4;
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickBuild;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickBuildUniform;
 @group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
@@ -164,7 +164,7 @@ pub(super) fn chunks(layout: &BrickLayout, length: usize, cells: u64) -> [u32; 2
 
 /// What to build.
 pub(super) struct BuildParams<'a> {
-    pub words: BrickBuild,
+    pub words: BrickBuildUniform,
     pub fill: FillUniform,
     /// The blocks, and the positions of their lists.
     pub prune: PruneUniform,
@@ -250,7 +250,7 @@ pub(super) async fn encode_build(
         .await?;
     bake.pass("measure", &passes.measure, &bind_group, rows(last.count))
         .await?;
-    if last.make == abi::BUILD_COUNT_ONLY {
+    if last.build_mode == abi::BUILD_COUNT_ONLY {
         return Ok(());
     }
     let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);

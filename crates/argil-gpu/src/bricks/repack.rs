@@ -9,12 +9,12 @@ use crate::bindings::{
 };
 use crate::resources::uniform_of;
 use crate::{Gpu, GpuError};
-use argil_abi::{self as abi, BrickVolume};
+use argil_abi::{self as abi, BrickUniform};
 use argil_volume::{BrickLayout, SampleFormat, wgsl};
 
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
 @group(0) @binding(BIND_STORED) var old_texels: texture_3d<f32>;
 @group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
@@ -72,7 +72,7 @@ impl RepackPass {
         let [old_view, view] = [old.texture, new.texture]
             .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
         gpu.with_error_scope(|| {
-            let volume = uniform_of::<BrickVolume>(gpu, "volume");
+            let volume = uniform_of::<BrickUniform>(gpu, "volume");
             let old_pool = uniform_of::<[u32; 4]>(gpu, "the pool before");
             gpu.queue
                 .write_buffer(&volume, 0, bytemuck::bytes_of(&words));

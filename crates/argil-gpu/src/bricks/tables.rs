@@ -6,7 +6,7 @@ use super::pool_accounting::PoolAccounting;
 use crate::resources::{extent, texture_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
-use argil_abi::{self as abi, BrickVolume};
+use argil_abi::{self as abi, BrickUniform};
 use argil_volume::BrickLayout;
 
 /// Points of a mixed brick.
@@ -27,7 +27,7 @@ pub(crate) struct BrickTables {
     /// Created by the first edit.
     pub making: Option<Box<BuildTables>>,
     /// The uniform for shaders.
-    pub uniform: BrickVolume,
+    pub uniform: BrickUniform,
 }
 
 impl BrickTables {
@@ -93,10 +93,10 @@ pub(super) fn march_words(
     cells: &GpuCellTable,
     pool: [u32; 3],
     lipschitz: f32,
-) -> BrickVolume {
+) -> BrickUniform {
     let lattice = &measures.voxel_grid;
-    let [low, high] = [measures.low(), measures.high()];
-    BrickVolume {
+    let [low, high] = [measures.first_cell(), measures.end_cell()];
+    BrickUniform {
         corner: lattice.corner.to_array(),
         range: measures.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
@@ -121,6 +121,6 @@ pub(super) fn march_words(
         pool_y: pool[1],
         table: cells.described(),
         quanta: measures.encoding.format.max_code(),
-        ..BrickVolume::default()
+        ..BrickUniform::default()
     }
 }

@@ -10,7 +10,7 @@ use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{texture, uniform_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{self as abi, FillUniform, Node, OctreeVolume};
+use argil_abi::{self as abi, FillUniform, OctreeNode, OctreeUniform};
 use argil_field::Program;
 use argil_volume::{BrickTest, OctreeLayout, wgsl};
 
@@ -19,14 +19,14 @@ const MAX_TO_ENUMERATE: u32 = 32_768;
 
 /// The bindings of each module, as the shaders name them.
 const SELECT_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeUniform;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
 @group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
 @group(0) @binding(BIND_CENTERS) var<storage, read_write> centers: array<f32>;
 ";
 
 const TREE_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeUniform;
 @group(0) @binding(BIND_NODES) var<storage, read_write> node_words: array<atomic<u32>>;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read_write> tree_words: array<atomic<u32>>;
 @group(0) @binding(BIND_OCCUPIED) var<storage, read_write> occupied: array<atomic<u32>>;
@@ -35,7 +35,7 @@ const TREE_BINDS_WGSL: &str = "
 ";
 
 const BRICKS_BINDS_WGSL: &str = "
-@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeVolume;
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeUniform;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
 @group(0) @binding(BIND_CENTERS) var<storage, read> centers: array<f32>;
 @group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
@@ -62,7 +62,7 @@ impl GpuVolume {
             let limit = MAX_TO_ENUMERATE;
             return Err(GpuError::TooManyToEnumerate { codes, limit });
         }
-        let words = measures.words(program, keep);
+        let words = measures.uniform(program, keep);
         let build = OctreeBuilder::new(field, measures, &words, order)?;
         let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
         let tree_group = build.tree_group(&tree_layout)?;
@@ -106,7 +106,7 @@ impl<'a> OctreeBuilder<'a> {
     fn new(
         field: &'a GpuProgram,
         measures: OctreeLayout,
-        words: &OctreeVolume,
+        words: &OctreeUniform,
         order: BrickOrdering,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
@@ -119,7 +119,7 @@ impl<'a> OctreeBuilder<'a> {
         let bytes = 4 * u64::from(abi::OCTREE_HEADER_WORDS);
         tables.words.reserve_exact(gpu, bytes)?;
         tables.keys.reserve_exact(gpu, 4 * (capacity + nodes))?;
-        let bytes = size_of::<Node>() as u64 * nodes;
+        let bytes = size_of::<OctreeNode>() as u64 * nodes;
         tables.nodes.reserve_exact(gpu, bytes)?;
         let mut occupied = StorageBuffer::new("occupied cells");
         let code_count = measures.code_count();
@@ -137,7 +137,7 @@ impl<'a> OctreeBuilder<'a> {
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
                 mapped_at_creation: false,
             });
-            let volume = uniform_of::<OctreeVolume>(gpu, "volume");
+            let volume = uniform_of::<OctreeUniform>(gpu, "volume");
             (volume, uniform_of::<FillUniform>(gpu, "fill"), arguments)
         })?;
         gpu.queue
@@ -233,7 +233,9 @@ impl<'a> OctreeBuilder<'a> {
         let group = self.group("Octree::fill", &layout, &entries)?;
         let fill = FillUniform {
             tile: measures.brick_size_voxels,
-            ..measures.encoding.fill(program, &measures.voxel_grid, 0)
+            ..measures
+                .encoding
+                .fill_uniform(program, &measures.voxel_grid, 0)
         };
         let area = u64::from(measures.brick_size_voxels * measures.brick_size_voxels);
         let work = measures.capacity() * area * field.length() as u64;
@@ -248,7 +250,7 @@ impl<'a> OctreeBuilder<'a> {
             let groups = DispatchSize::Indirect(&self.arguments, 0);
             bake.pass("fill", &bricks, &group, groups).await?;
         }
-        let groups = DispatchSize::Direct(measures.grid.to_array());
+        let groups = DispatchSize::Direct(measures.size_bricks.to_array());
         bake.pass("vacant", &vacant, &group, groups).await
     }
 }

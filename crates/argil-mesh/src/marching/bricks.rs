@@ -371,7 +371,7 @@ impl<'a, T: Texel> All<'a, T> {
                         *id = self.id(brick, axis, row, x, sides);
                         continue;
                     }
-                    let (a, b) = (samples[at].integer(), samples[at + step].integer());
+                    let (a, b) = (samples[at].code(), samples[at + step].code());
                     let mut place = Vec3::new(x as f32, y as f32, z as f32);
                     place[axis] += edge_crossing(a, b, 0.0);
                     positions[next] = lattice.corner + lattice.voxel_size * (first + place);

@@ -14,7 +14,7 @@ pub struct CellLoops {
     pub vertices: Vec<u32>,
     /// For each vertex, the loops through its edge: bit 0 of the index is set for the cell before it along the
     /// first of the other axes, and bit 1 along the second. `u32::MAX` where there is none.
-    pub around: Vec<[u32; 4]>,
+    pub loops_around_edge: Vec<[u32; 4]>,
 }
 
 /// The loops of one brick: the cell, and the vertices with their indices in [`CellLoops::around`].
@@ -23,7 +23,7 @@ pub(super) type Ring = (IVec3, Vec<(u32, u8)>);
 /// Joins the loops of all bricks.
 pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
     let mut rings = CellLoops {
-        around: vec![[u32::MAX; 4]; vertices],
+        loops_around_edge: vec![[u32::MAX; 4]; vertices],
         ..CellLoops::default()
     };
     for (cell, edges) in found.into_iter().flatten() {
@@ -33,7 +33,7 @@ pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
         rings.bounds.push([begin, begin + edges.len() as u32]);
         for (vertex, place) in edges {
             rings.vertices.push(vertex);
-            rings.around[vertex as usize][usize::from(place)] = own;
+            rings.loops_around_edge[vertex as usize][usize::from(place)] = own;
         }
     }
     rings.part();
@@ -118,7 +118,7 @@ impl CellLoops {
         self.cells.push(self.cells[ring]);
         self.bounds.push([cut as u32, end as u32]);
         for &vertex in &self.vertices[cut..end] {
-            for slot in &mut self.around[vertex as usize] {
+            for slot in &mut self.loops_around_edge[vertex as usize] {
                 if *slot == ring as u32 {
                     *slot = new;
                 }

@@ -6,7 +6,7 @@ use argil_volume::{SampleFormat, Texel};
 /// Writes the signs of samples as a stream of bits.
 pub(super) fn signs<T: Texel>(samples: &[T], out: &mut [u64]) {
     out.fill(0);
-    match T::BITS {
+    match T::FORMAT {
         SampleFormat::Snorm8 => put_signs::<i8>(bytemuck::cast_slice(samples), out),
         SampleFormat::Snorm16 => put_signs::<i16>(bytemuck::cast_slice(samples), out),
     }

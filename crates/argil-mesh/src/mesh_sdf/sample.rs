@@ -62,16 +62,16 @@ impl DistanceSampler for Watched<'_> {
         }
     }
 
-    fn length(&self, point: Vec3) -> f32 {
+    fn unsigned_distance(&self, point: Vec3) -> f32 {
         if self.control.is_cancelled() {
             return f32::INFINITY;
         }
-        DistanceSampler::length(self.solid, point)
+        DistanceSampler::unsigned_distance(self.solid, point)
     }
 
-    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+    fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
         if !self.control.is_cancelled() {
-            DistanceSampler::block(self.solid, block, out);
+            DistanceSampler::sample_block(self.solid, block, out);
         }
     }
 }
@@ -81,11 +81,11 @@ impl DistanceSampler for MeshSdf {
         MeshSdf::distances(self, points, out);
     }
 
-    fn length(&self, point: Vec3) -> f32 {
+    fn unsigned_distance(&self, point: Vec3) -> f32 {
         self.surface.nearest(point, 0, &mut Vec::new()).0
     }
 
-    fn block(&self, block: &SampledBlock, out: &mut [f32]) {
+    fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
         measure_block(self, block, out);
     }
 }

@@ -9,7 +9,7 @@ use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
 use crate::texels::OF_THIS_TYPE;
 use argil_abi::FillUniform;
-use argil_field::{Additions, CELLS_PER_BATCH, HardUnionBrush, IncrementalProgram};
+use argil_field::{Additions, CELLS_PER_BATCH, HardBrush, IncrementalProgram};
 use glam::IVec3;
 use rayon::prelude::*;
 
@@ -69,7 +69,7 @@ impl Bricks {
         work: &EditQueue,
         units: &[EditBatch],
         (bounds, fill): (&CellBounds<'_>, &FillUniform),
-    ) -> Option<(Vec<ReachedBlock>, Vec<HardUnionBrush>)> {
+    ) -> Option<(Vec<ReachedBlock>, Vec<HardBrush>)> {
         let added = work.touched(live).and_then(|_| live.added())?;
         let all: Vec<(IVec3, IVec3)> = units
             .iter()
@@ -89,7 +89,7 @@ impl Bricks {
             }
         });
         let reached = reached.filter(|block| block.cells != 0).collect();
-        let mut hard = added.hard().unwrap_or_default();
+        let mut hard = added.hard_brushes().unwrap_or_default();
         // Of many brushes, most are not in a cell.
         if hard.len() > FEW_BRUSHES {
             hard.clear();
@@ -118,7 +118,7 @@ impl Bricks {
         let (mut cells, mut greatest) = (0, 0.0f32);
         for (i, &word) in words.iter().enumerate() {
             let (side, lengths) = if is_brick(word) {
-                let stored = pool[word as usize * samples + middle].integer();
+                let stored = pool[word as usize * samples + middle].code();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
                 // Distances beyond the band are stored as its end.
                 let most = if stored.abs() < fill.quanta as f32 {
@@ -137,7 +137,9 @@ impl Bricks {
                 greatest = greatest.max(lengths[1]);
             }
         }
-        let reach = added.greatest(greatest).max(bounds.near_length(layout));
+        let reach = added
+            .max_distance_after(greatest)
+            .max(bounds.near_length(layout));
         (cells, reach)
     }
 }

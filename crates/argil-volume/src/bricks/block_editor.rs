@@ -11,7 +11,7 @@ use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
 use crate::texels::OF_THIS_TYPE;
 use argil_abi::{FillUniform, Instruction};
-use argil_field::{CELLS_PER_BATCH, ChangeSet, HardUnionBrush, IncrementalProgram, Pruner};
+use argil_field::{CELLS_PER_BATCH, ChangeSet, HardBrush, IncrementalProgram, Pruner};
 use glam::{IVec3, Vec3};
 use std::ops::Range;
 
@@ -67,7 +67,7 @@ pub(super) struct BlockEditor<'a> {
     /// What can have changed, if it is known.
     pub touched: Option<&'a ChangeSet>,
     /// Appended brushes that alone determine how existing bricks changed. Empty if more must be known.
-    pub hard: Vec<HardUnionBrush>,
+    pub hard: Vec<HardBrush>,
     pub work: &'a EditQueue,
 }
 
@@ -140,14 +140,14 @@ impl BlockEditor<'_> {
         let (Some(before), Some(touched)) = (&lists.previous, self.touched) else {
             return u64::MAX;
         };
-        if !touched.any(before) {
+        if !touched.intersects(before) {
             return 0;
         }
         let centers: [Vec3; CELLS_PER_BATCH] =
             std::array::from_fn(|i| self.layout.center(first + inner_cell(i), 1));
         let mut d = [0.0; CELLS_PER_BATCH];
         pruner.classify_cells(before, &centers, self.layout.half_diagonal(1), &mut d);
-        pruner.affected_cells(before, |instr| touched.has(instr))
+        pruner.affected_cells(before, |instr| touched.contains(instr))
     }
 
     /// Returns the octants that edits can have changed, for some cells of a block that have a brick and are near
@@ -167,8 +167,8 @@ impl BlockEditor<'_> {
         let has_brick = |i: u8| some >> i & 1 != 0 && is_brick(old[usize::from(i)]);
         let near: Vec<&(u8, Range<usize>)> =
             found.cells.iter().filter(|(i, _)| has_brick(*i)).collect();
-        let in_block = touched.count(&lists.current);
-        let had_any = touched.any(before);
+        let in_block = touched.count_in(&lists.current);
+        let had_any = touched.intersects(before);
         for near in near.chunks(octants::CELLS_AT_ONCE) {
             let cells: Vec<IVec3> = near
                 .iter()
@@ -183,7 +183,7 @@ impl BlockEditor<'_> {
                     let own = &found.instrs[range.clone()];
                     // An instruction that matters in the cell can be missing from its program, because another
                     // covers it.
-                    let is_whole = touched.count(own) == in_block;
+                    let is_whole = touched.count_in(own) == in_block;
                     let list = if is_whole { own } else { &lists.current[..] };
                     bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
                 }
@@ -225,7 +225,7 @@ impl BlockEditor<'_> {
         let mut changed = self.mattered(first, lists, pruner);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
-                let needed = pruner.affected_cells(instrs, |instr| touched.has(instr));
+                let needed = pruner.affected_cells(instrs, |instr| touched.contains(instr));
                 changed |= scattered(needed, some);
                 return gathered(changed, some);
             }

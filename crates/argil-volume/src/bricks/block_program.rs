@@ -89,17 +89,17 @@ impl EditQueue {
         let loosened = (0..count).fold(0u64, |bits, i| {
             bits | u64::from(self.is_loosened(layout, unit.blocks[i])) << i
         });
-        if loosened == 0 && !touched.any(&whole) && !touched.any(&before) {
+        if loosened == 0 && !touched.intersects(&whole) && !touched.intersects(&before) {
             return Vec::new();
         }
         // If nothing touched was there before, the previous program is not needed.
-        if !touched.any(&before) {
+        if !touched.intersects(&before) {
             before.clear();
         }
         let mut old_pruner = Pruner::new(live.program());
         old_pruner.classify_cells(&before, &centers, radius, d);
         pruner.classify_cells(&whole, &centers, radius, d);
-        let is_one = |instr: &Instruction| touched.has(instr);
+        let is_one = |instr: &Instruction| touched.contains(instr);
         let needed =
             pruner.affected_cells(&whole, is_one) | old_pruner.affected_cells(&before, is_one);
         let needed = needed | loosened;
@@ -108,8 +108,8 @@ impl EditQueue {
             .map(|i| {
                 let now = cut(&mut pruner, &whole, i);
                 let then = cut(&mut old_pruner, &before, i);
-                let are_there = touched.count(&now) >= pruner.affected_count(&whole, i, is_one)
-                    && touched.count(&then) >= old_pruner.affected_count(&before, i, is_one);
+                let are_there = touched.count_in(&now) >= pruner.affected_count(&whole, i, is_one)
+                    && touched.count_in(&then) >= old_pruner.affected_count(&before, i, is_one);
                 BlockProgram {
                     first: unit.blocks[i],
                     far: far(i, d[i]),

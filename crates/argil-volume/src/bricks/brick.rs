@@ -56,8 +56,8 @@ impl Brick<'_> {
     fn integer(&self, at: usize) -> f32 {
         let pool = &self.bricks.pool;
         match pool.bits() {
-            SampleFormat::Snorm8 => pool.of::<i8>().map_or(0.0, |all| all[at].integer()),
-            SampleFormat::Snorm16 => pool.of::<i16>().map_or(0.0, |all| all[at].integer()),
+            SampleFormat::Snorm8 => pool.of::<i8>().map_or(0.0, |all| all[at].code()),
+            SampleFormat::Snorm16 => pool.of::<i16>().map_or(0.0, |all| all[at].code()),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::encoding::encode;
 use argil_abi::{
     BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_OWN_RATIO, MATERIAL_SIDE,
 };
-use argil_field::{Evaluator, FAR, HardUnionBrush, LANES, Program, Pruner};
+use argil_field::{Evaluator, FAR, HardBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
@@ -170,7 +170,7 @@ impl<'a> BrickBaker<'a> {
     /// to the surface. Encoding keeps the order of distances, so codes can be compared directly.
     pub(super) fn joined<T: Texel>(
         &mut self,
-        brushes: &[HardUnionBrush],
+        brushes: &[HardBrush],
         cell: IVec3,
         brick: &mut [T],
     ) -> f32 {
@@ -185,13 +185,13 @@ impl<'a> BrickBaker<'a> {
             sample(self.layout, evaluator, from, first, &places.brick, d);
             encode(d, self.fill, own);
             for (texel, &own) in brick.iter_mut().zip(&*own) {
-                let is_greater = own.integer() > texel.integer();
-                if is_greater != brush.adds {
+                let is_greater = own.code() > texel.code();
+                if is_greater != brush.is_union {
                     *texel = own;
                 }
             }
         }
-        let least = brick.iter().map(|texel| texel.integer().abs());
+        let least = brick.iter().map(|texel| texel.code().abs());
         let least = least.fold(f32::INFINITY, f32::min);
         if least < self.fill.quanta as f32 {
             (least + 1.0) / self.fill.spacing_scale[3]

@@ -133,7 +133,7 @@ fn fill<T: Texel>(
     words: &mut [u32],
 ) -> (Filled, Instant) {
     let samples = layout.brick_samples() as usize;
-    let fill = layout.encoding.fill(program, &layout.voxel_grid, 0);
+    let fill = layout.encoding.fill_uniform(program, &layout.voxel_grid, 0);
     let mut pool = vec![T::default(); count.max(1) * samples];
     let mut owners = vec![0u32; count];
     let mut materials = vec![0u32; count];

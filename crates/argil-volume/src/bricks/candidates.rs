@@ -109,7 +109,7 @@ pub(super) fn near_block(
         if bounds.is_clear(d, radius) {
             continue;
         }
-        if wanted >> nth & 1 != 0 && layout.may_hold(cell(i)) {
+        if wanted >> nth & 1 != 0 && layout.can_have_brick(cell(i)) {
             let from = found.instrs.len();
             pruner.prune_into(instrs, nth, &mut found.instrs);
             found.cells.push((i as u8, from..found.instrs.len()));

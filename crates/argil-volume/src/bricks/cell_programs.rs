@@ -54,7 +54,7 @@ impl CellPrograms {
     }
 
     /// Returns the program of a cell, or `None` if no surface can pass through it.
-    pub fn list(&self, cell: IVec3) -> Option<&[Instruction]> {
+    pub fn cell_program(&self, cell: IVec3) -> Option<&[Instruction]> {
         let block = cell.div_euclid(IVec3::splat(BLOCK_SIDE as i32));
         let inner = cell - block * BLOCK_SIDE as i32;
         let slot = self.table.find(block)? as usize;

@@ -21,7 +21,7 @@ use super::table::FAR_SLOTS;
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::{SampleFormat, Texel};
 use argil_abi::FillUniform;
-use argil_field::{CELLS_PER_BATCH, HardUnionBrush, IncrementalProgram, PartGrid, Program};
+use argil_field::{CELLS_PER_BATCH, HardBrush, IncrementalProgram, PartGrid, Program};
 use glam::IVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -148,7 +148,7 @@ impl Bricks {
     ) -> Result<EditStats, BricksError> {
         let bounds = CellBounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
-        let fill = encoding.fill(live.program(), &self.layout.voxel_grid, 0);
+        let fill = encoding.fill_uniform(live.program(), &self.layout.voxel_grid, 0);
         let (jobs, hard) = self.jobs::<T>(live, work, units, (&bounds, &fill));
         let edit = BlockEditor {
             layout: self.layout,
@@ -186,7 +186,7 @@ impl Bricks {
         work: &EditQueue,
         units: Vec<EditBatch>,
         (bounds, fill): (&CellBounds<'_>, &FillUniform),
-    ) -> (Vec<EditJob>, Vec<HardUnionBrush>) {
+    ) -> (Vec<EditJob>, Vec<HardBrush>) {
         let Some((reached, hard)) = self.reached::<T>(live, work, &units, (bounds, fill)) else {
             let lists = work.lists(&self.layout, live, units).into_iter();
             let all = lists.map(|list| EditJob::Listed(u64::MAX, list));

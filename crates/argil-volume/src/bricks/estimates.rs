@@ -94,7 +94,7 @@ impl<T: Texel> BrickSampler<'_, T> {
         );
         let middle = half * (1 + side * (1 + side));
         let sample = self.pool[(word * self.layout.brick_samples() + middle) as usize];
-        sample.integer() * self.quantum
+        sample.code() * self.quantum
     }
 
     /// Computes the signed distances at points in the scene's space: interpolated in bricks, and stored bounds

@@ -1,6 +1,6 @@
 use super::inner_cell;
 use crate::{Band, Encoding, SampleFormat, TooFarError, VoxelGrid};
-use argil_abi::BrickBuild;
+use argil_abi::BrickBuildUniform;
 use argil_field::Program;
 use argil_math::Aabb;
 use glam::{IVec3, UVec3, Vec3};
@@ -130,7 +130,7 @@ impl BrickLayout {
 
     /// Returns the first cell that the grid's box touches.
     #[inline]
-    pub fn low(&self) -> IVec3 {
+    pub fn first_cell(&self) -> IVec3 {
         self.voxel_grid
             .begin
             .div_euclid(IVec3::splat(self.brick_size_voxels as i32))
@@ -138,30 +138,30 @@ impl BrickLayout {
 
     /// Returns the cell after the last one that the box touches.
     #[inline]
-    pub fn high(&self) -> IVec3 {
+    pub fn end_cell(&self) -> IVec3 {
         let end = self.voxel_grid.begin + self.voxel_grid.size.as_ivec3() - 1;
         end.div_euclid(IVec3::splat(self.brick_size_voxels as i32)) + 1
     }
 
     /// Returns the number of cells along each axis of the box. The last ones may extend beyond it.
-    pub fn grid(&self) -> UVec3 {
-        (self.high() - self.low()).as_uvec3()
+    pub fn size_cells(&self) -> UVec3 {
+        (self.end_cell() - self.first_cell()).as_uvec3()
     }
 
     /// Returns the first block that the box touches, and the one after the last.
     pub fn block_range(&self) -> [IVec3; 2] {
         let side = IVec3::splat(BLOCK_SIDE as i32);
         [
-            self.low().div_euclid(side),
-            (self.high() - 1).div_euclid(side) + 1,
+            self.first_cell().div_euclid(side),
+            (self.end_cell() - 1).div_euclid(side) + 1,
         ]
     }
 
     /// Whether a cell may have a brick. A box that clips the solid also clips the bricks.
     #[inline]
-    pub fn may_hold(&self, cell: IVec3) -> bool {
+    pub fn can_have_brick(&self, cell: IVec3) -> bool {
         !self.voxel_grid.is_clipped
-            || (cell.cmpge(self.low()).all() && cell.cmplt(self.high()).all())
+            || (cell.cmpge(self.first_cell()).all() && cell.cmplt(self.end_cell()).all())
     }
 
     /// Returns a layout with the same voxels that also contains a solid. A clipping box does not grow.
@@ -237,11 +237,11 @@ impl BrickLayout {
 
     /// Returns the uniform for shaders that build blocks, without the pool and the table. `program` determines the
     /// bounds of distances.
-    pub fn words(&self, program: &Program) -> BrickBuild {
+    pub fn build_uniform(&self, program: &Program) -> BrickBuildUniform {
         let lattice = &self.voxel_grid;
         let terms = program.clearance_model_in(self.base_length());
-        let [low, high] = [self.low(), self.high()];
-        BrickBuild {
+        let [low, high] = [self.first_cell(), self.end_cell()];
+        BrickBuildUniform {
             corner: lattice.corner.to_array(),
             voxel: lattice.voxel_size,
             low_x: low.x,
@@ -257,7 +257,7 @@ impl BrickLayout {
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),
-            ..BrickBuild::default()
+            ..BrickBuildUniform::default()
         }
     }
 

@@ -62,7 +62,10 @@ impl Bricks {
         let u = ((point - lattice.corner) / lattice.voxel_size)
             .clamp(lattice.begin.as_vec3(), end.as_vec3());
         let side = self.layout.brick_size_voxels as f32;
-        let cell = (u / side).floor().as_ivec3().min(self.layout.high() - 1);
+        let cell = (u / side)
+            .floor()
+            .as_ivec3()
+            .min(self.layout.end_cell() - 1);
         let word = self.words[self.word_index(cell)];
         if !super::is_brick(word) {
             return None;

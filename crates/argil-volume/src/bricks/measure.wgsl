@@ -53,12 +53,12 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let before = cells[at];
     if (lists[prune.dirty_first + 2u * nth + local / 32u] & (1u << (local % 32u))) == 0u {
         // Nothing changed that a brick stores.
-        if !is_brick(before) && prune.make == BUILD_BLOCKS {
+        if !is_brick(before) && prune.build_mode == BUILD_BLOCKS {
             cells[at] = center_word(d, bounds);
         }
         return;
     }
-    if prune.make == BUILD_COUNT_ONLY {
+    if prune.build_mode == BUILD_COUNT_ONLY {
         // Any sampled brick can become a mixed one.
         if is_near {
             atomicAdd(&counters[COUNTER_MIXED], 1u);

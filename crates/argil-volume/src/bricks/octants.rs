@@ -46,5 +46,5 @@ pub(super) fn changed(
     let mut d = [0.0; CELLS_PER_BATCH];
     let d = &mut d[..centers.len()];
     pruner.classify_cells(list, centers, 0.5 * layout.half_diagonal(1), d);
-    pruner.affected_cells(list, |instr| touched.has(instr))
+    pruner.affected_cells(list, |instr| touched.contains(instr))
 }

@@ -37,7 +37,7 @@ impl Bricks {
             return Err("there are not as many cells as the blocks have");
         }
         let [low, high] = layout.block_range();
-        table.cover(low, high);
+        table.grow_to(low, high);
         words[..FAR_SLOTS as usize * CELLS_PER_BATCH]
             .copy_from_slice(&far_words(layout.far_length()));
         if layout.check_count((length / samples) as u64).is_err() {

@@ -26,12 +26,12 @@ impl BrickPendingEdits {
     }
 
     /// Returns edits of sparse bricks, if these are.
-    pub fn among(edits: &dyn PendingEdits) -> Option<&Self> {
+    pub fn downcast_ref(edits: &dyn PendingEdits) -> Option<&Self> {
         (edits as &dyn Any).downcast_ref()
     }
 
     /// Returns edits of sparse bricks, to change them.
-    pub fn among_mut(edits: &mut dyn PendingEdits) -> Option<&mut Self> {
+    pub fn downcast_mut(edits: &mut dyn PendingEdits) -> Option<&mut Self> {
         (edits as &mut dyn Any).downcast_mut()
     }
 }

@@ -384,7 +384,7 @@ impl BlockIndex {
     /// Appends what can matter in a block.
     fn append(&self, program: &Program, block: IVec3, out: &mut Vec<Instruction>) {
         let part = block.div_euclid(IVec3::splat(self.side));
-        self.index.list(program, part, out);
+        self.index.part_program(program, part, out);
     }
 }
 

@@ -64,7 +64,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         let encoding = &layout.encoding;
         let table = bricks.table();
         let (table_low, top) = table.top();
-        let (low, high) = (layout.low(), layout.high());
+        let (low, high) = (layout.first_cell(), layout.end_cell());
         let to_table = low - table_low * BLOCK_SIDE as i32;
         let blocks = top.as_ivec3() * (1 << (3 * table.levels()));
         let reach = high - low + to_table;
@@ -316,7 +316,7 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
             for (k, step) in [0, a, b, a + b].into_iter().enumerate() {
                 // Bricks end where voxels do, so all four are in the brick.
                 let sample = self.pool.get((first + step) as usize);
-                out.plane[axis][k][i] = sample.map_or(0.0, |s| s.integer());
+                out.plane[axis][k][i] = sample.map_or(0.0, |s| s.code());
             }
         }
     }

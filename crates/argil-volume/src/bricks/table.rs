@@ -157,7 +157,7 @@ impl BlockTable {
 
     /// Inserts a block and returns its slot. The box of blocks grows to contain it.
     pub fn insert(&mut self, block: IVec3) -> u32 {
-        self.cover(block, block + 1);
+        self.grow_to(block, block + 1);
         let at = block - self.low;
         let mut place = self.top_place(at);
         for level in (0..self.levels).rev() {
@@ -304,7 +304,7 @@ impl BlockTable {
     }
 
     /// Grows to contain the blocks from `low` to before `high`.
-    pub fn cover(&mut self, low: IVec3, high: IVec3) {
+    pub fn grow_to(&mut self, low: IVec3, high: IVec3) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         if low.cmplt(self.low).any() || high.cmpgt(end).any() {
             // What is inside stays inside: only infinite solids extend beyond the box, and they are clipped.
@@ -336,7 +336,7 @@ impl BlockTable {
         self.entries.resize(top, far_entry(levels, false));
         self.free_nodes.clear();
         self.changed = 0..top;
-        old.each_inside(|low, high| self.set_far(low, high, true));
+        old.for_each_far_inside(|low, high| self.set_far(low, high, true));
         for (slot, block) in old.blocks() {
             let at = block - self.low;
             let mut place = self.top_place(at);
@@ -348,7 +348,7 @@ impl BlockTable {
     }
 
     /// Calls `tell` for each cube of missing blocks far inside the solid, from one block to before another.
-    pub fn each_inside(&self, mut tell: impl FnMut(IVec3, IVec3)) {
+    pub fn for_each_far_inside(&self, mut tell: impl FnMut(IVec3, IVec3)) {
         let edge = 1 << (NODE_BITS * self.levels);
         let mut open: Vec<(u32, IVec3, u32)> = Vec::new();
         for place in places(IVec3::ZERO, self.size.as_ivec3() - 1) {

@@ -93,7 +93,7 @@ impl Bricks {
         if same && self.layout.brick_size_voxels == layout.brick_size_voxels {
             self.layout.voxel_grid = layout.voxel_grid;
             let [low, high] = layout.block_range();
-            self.table.cover(low, high);
+            self.table.grow_to(low, high);
         }
     }
 

@@ -3,8 +3,8 @@
 use super::cell::{center_of, is_block_empty};
 use crate::{
     BLOCK_SIDE, BlockTable, BrickInfo, BrickLayout, BrickPendingEdits, BrickSettings, Bricks,
-    BricksError, EditStats, Encoding, FAR_SLOTS, FARTHEST_VOXEL, FilePart, FileReader,
-    PendingEdits, RESOLUTIONS, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
+    BricksError, EditStats, Encoding, FAR_SLOTS, FilePart, FileReader, MAX_VOXEL_INDEX,
+    PendingEdits, RESOLUTION_RANGE, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
 };
 use argil_abi::GpuMaterial;
 use argil_field::IncrementalProgram;
@@ -58,7 +58,7 @@ impl VolumeKind for Bricks {
     }
 
     fn grow(&mut self, edits: &dyn PendingEdits) {
-        if let Some(edits) = BrickPendingEdits::among(edits) {
+        if let Some(edits) = BrickPendingEdits::downcast_ref(edits) {
             Bricks::grow(self, edits.layout);
         }
     }
@@ -70,7 +70,7 @@ impl VolumeKind for Bricks {
         budget: Option<u64>,
         until: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
-        match BrickPendingEdits::among_mut(edits) {
+        match BrickPendingEdits::downcast_mut(edits) {
             Some(edits) => Bricks::edit(self, live, &mut edits.queue, budget, until),
             None => Ok(EditStats::default()),
         }
@@ -86,26 +86,29 @@ impl VolumeKind for Bricks {
                 &self.words()[64 * slot..64 * (slot + 1)],
             ));
         }
-        self.table().each_inside(|low, high| {
+        self.table().for_each_far_inside(|low, high| {
             inside.extend(low.to_array());
             inside.push(high.x - low.x);
         });
         let signed = |words: &[i32]| bytemuck::cast_slice(words).to_vec().into();
         FilePart {
-            own: [
+            kind_parameters: [
                 1,
                 self.layout().brick_size_voxels,
                 self.lipschitz().to_bits(),
             ],
             sections: vec![
                 (Section::Blocks, signed(&blocks)),
-                (Section::Inside, signed(&inside)),
+                (Section::FarInside, signed(&inside)),
                 (Section::Cells, cells.into()),
                 (
                     Section::Materials,
                     bytemuck::cast_slice(self.materials()).into(),
                 ),
-                (Section::Mixed, bytemuck::cast_slice(self.mixed()).into()),
+                (
+                    Section::MixedMaterials,
+                    bytemuck::cast_slice(self.mixed()).into(),
+                ),
                 (Section::Texels(0), self.pool().bytes().into()),
             ],
         }
@@ -113,7 +116,7 @@ impl VolumeKind for Bricks {
 
     fn fits_file(lattice: &VoxelGrid, version: u32) -> bool {
         if version == 1 {
-            return RESOLUTIONS.contains(&lattice.size.max_element())
+            return RESOLUTION_RANGE.contains(&lattice.size.max_element())
                 && lattice.begin == IVec3::ZERO;
         }
         let begin = lattice.begin.to_array().map(i64::from);
@@ -121,7 +124,7 @@ impl VolumeKind for Bricks {
             .iter()
             .zip(lattice.size.to_array())
             .all(|(first, size)| {
-                let farthest = i64::from(FARTHEST_VOXEL);
+                let farthest = i64::from(MAX_VOXEL_INDEX);
                 *first >= -farthest && first + i64::from(size) <= farthest
             })
     }
@@ -141,9 +144,9 @@ impl VolumeKind for Bricks {
         )
         .map_err(|e| file.fault(Section::Description, &e.to_string()))?;
         let pool = file.samples(encoding.format, layout.brick_bytes())?;
-        let mixed = file.words(Section::Mixed)?;
+        let mixed = file.words(Section::MixedMaterials)?;
         if !mixed.len().is_multiple_of(2) {
-            return Err(file.fault(Section::Mixed, "half a material is left"));
+            return Err(file.fault(Section::MixedMaterials, "half a material is left"));
         }
         let mixed = mixed.as_chunks::<2>().0.to_vec();
         let cells = file.words(Section::Cells)?;
@@ -179,11 +182,11 @@ fn blocks_of(
     if !rest.is_empty() || cells.len() != 64 * blocks.len() {
         return Err(file.fault(Section::Blocks, "there are not as many as cells"));
     }
-    let farthest = FARTHEST_VOXEL / (layout.brick_size_voxels * BLOCK_SIDE) as i32 + 1;
+    let farthest = MAX_VOXEL_INDEX / (layout.brick_size_voxels * BLOCK_SIDE) as i32 + 1;
     let is_near = |c: &i32| (-farthest..=farthest).contains(c);
     let [low, high] = layout.block_range();
     let mut table = BlockTable::new(low, high);
-    let inside = signed(Section::Inside)?;
+    let inside = signed(Section::FarInside)?;
     let (inside, rest) = inside.as_chunks::<4>();
     for &[x, y, z, side] in inside {
         let first = IVec3::new(x, y, z);
@@ -193,7 +196,7 @@ fn blocks_of(
             && side.count_ones() == 1
             && first.rem_euclid(IVec3::splat(side)) == IVec3::ZERO;
         if !is_cube || !rest.is_empty() {
-            return Err(file.fault(Section::Inside, "a cube that cannot be"));
+            return Err(file.fault(Section::FarInside, "a cube that cannot be"));
         }
         table.set_far(first, first + side, true);
     }

@@ -1,7 +1,7 @@
 //! Dense volumes as a kind of volume, and in files.
 
 use crate::{
-    Dense, Encoding, FilePart, FileReader, RESOLUTIONS, Section, VolumeError, VolumeInfo,
+    Dense, Encoding, FilePart, FileReader, RESOLUTION_RANGE, Section, VolumeError, VolumeInfo,
     VolumeKind, VoxelGrid,
 };
 use glam::{IVec3, Vec3};
@@ -35,7 +35,7 @@ impl VolumeKind for Dense {
     fn file_parts(&self) -> FilePart<'_> {
         let texels = (0..).zip(self.levels());
         FilePart {
-            own: [self.levels().len() as u32, 0, 0],
+            kind_parameters: [self.levels().len() as u32, 0, 0],
             sections: texels
                 .map(|(level, texels)| (Section::Texels(level), texels.bytes().into()))
                 .collect(),
@@ -43,7 +43,7 @@ impl VolumeKind for Dense {
     }
 
     fn fits_file(lattice: &VoxelGrid, _version: u32) -> bool {
-        RESOLUTIONS.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
+        RESOLUTION_RANGE.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
     }
 
     fn from_file(

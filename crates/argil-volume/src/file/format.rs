@@ -35,13 +35,13 @@ pub enum Section {
     /// The blocks of sparse bricks.
     Blocks,
     /// Empty cubes inside the solid.
-    Inside,
+    FarInside,
     /// Cells of sparse bricks.
     Cells,
     /// Materials of sparse bricks.
     Materials,
     /// Materials of mixed bricks.
-    Mixed,
+    MixedMaterials,
     /// Samples of a level, or of sparse bricks.
     Texels(u8),
 }
@@ -57,10 +57,10 @@ impl Section {
             Self::Nodes => *b"NODE",
             Self::Levels => *b"ROWS",
             Self::Blocks => *b"BLKS",
-            Self::Inside => *b"FARS",
+            Self::FarInside => *b"FARS",
             Self::Cells => *b"CELL",
             Self::Materials => *b"MATE",
-            Self::Mixed => *b"MIXD",
+            Self::MixedMaterials => *b"MIXD",
             Self::Texels(level) => [b'T', b'E', b'X', DIGITS[usize::from(level) % DIGITS.len()]],
         }
     }
@@ -75,10 +75,10 @@ impl Section {
             Self::Nodes,
             Self::Levels,
             Self::Blocks,
-            Self::Inside,
+            Self::FarInside,
             Self::Cells,
             Self::Materials,
-            Self::Mixed,
+            Self::MixedMaterials,
         ]
         .into_iter()
         .chain(texels)
@@ -99,10 +99,10 @@ impl fmt::Display for Section {
             Self::Nodes => "the tree's nodes",
             Self::Levels => "the tree's levels",
             Self::Blocks => "the blocks",
-            Self::Inside => "what is far inside",
+            Self::FarInside => "what is far inside",
             Self::Cells => "the cells",
             Self::Materials => "the bricks' materials",
-            Self::Mixed => "the materials of mixed bricks",
+            Self::MixedMaterials => "the materials of mixed bricks",
             Self::Texels(_) => "texels",
         };
         write!(f, "section {name} ({what})")
@@ -123,7 +123,7 @@ pub enum VolumeError {
     },
     /// The file is not a volume file.
     #[error("{0}: not a volume file")]
-    Other(PathBuf),
+    NotAVolumeFile(PathBuf),
     /// A newer program wrote the file.
     #[error(
         "{path}: format version {found} is newer than this program reads ({FORMAT_VERSION}): update argil"
@@ -165,7 +165,7 @@ pub enum VolumeError {
 pub struct FilePart<'a> {
     /// Three numbers of the volume's own: for a dense volume its levels; for bricks 1, the voxels along a brick's
     /// side, and one more.
-    pub own: [u32; 3],
+    pub kind_parameters: [u32; 3],
     /// Its sections. Large ones are borrowed.
     pub sections: Vec<(Section, Cow<'a, [u8]>)>,
 }

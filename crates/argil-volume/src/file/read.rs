@@ -67,7 +67,7 @@ fn open(path: &Path) -> Result<VolumeFile, VolumeError> {
         return Err(io(std::io::Error::other("is not a file")));
     }
     if metadata.len() == 0 {
-        return Err(VolumeError::Other(path.into()));
+        return Err(VolumeError::NotAVolumeFile(path.into()));
     }
     // SAFETY: the map is only read. That nobody cuts the file short in the meantime is asked for in the module's text.
     let map = unsafe { Mmap::map(&file) }.map_err(io)?;
@@ -80,7 +80,7 @@ fn copied(bytes: &[u8], path: &Path) -> Result<VolumeFile, VolumeError> {
         source,
     };
     if bytes.is_empty() {
-        return Err(VolumeError::Other(path.into()));
+        return Err(VolumeError::NotAVolumeFile(path.into()));
     }
     let mut map = MmapMut::map_anon(bytes.len()).map_err(io)?;
     map.copy_from_slice(bytes);

@@ -39,7 +39,7 @@ impl<'a> FileReader<'a> {
         };
         let fault = |section, reason: &str| content(path, section, reason);
         if !bytes.starts_with(&MAGIC) {
-            return Err(VolumeError::Other(path.into()));
+            return Err(VolumeError::NotAVolumeFile(path.into()));
         }
         if bytes.len() < HEADER_BYTES {
             return Err(cut(Section::Header, HEADER_BYTES as u64));
@@ -149,7 +149,7 @@ impl<'a> FileReader<'a> {
         Ok(Texels::Mapped {
             file: self.map.clone(),
             range,
-            bits,
+            format: bits,
         })
     }
 
@@ -167,7 +167,7 @@ impl<'a> FileReader<'a> {
         Ok(Texels::Mapped {
             file: self.map.clone(),
             range,
-            bits,
+            format: bits,
         })
     }
 

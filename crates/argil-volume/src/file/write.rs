@@ -19,7 +19,12 @@ fn write(
 ) -> io::Result<()> {
     // Gather the sections. Large ones are borrowed.
     let (kind, part) = volume.file_parts();
-    let description = describe(kind, volume.encoding(), volume.voxel_grid(), part.own);
+    let description = describe(
+        kind,
+        volume.encoding(),
+        volume.voxel_grid(),
+        part.kind_parameters,
+    );
     let mut sections: Vec<(Section, &[u8])> = vec![
         (Section::Description, &description),
         (Section::Scene, scene_json.as_bytes()),

@@ -2,7 +2,7 @@
 
 use super::{OctreeLayout, OctreeNodes};
 use crate::{Texel, Texels, bake_level::sample};
-use argil_abi::{FillUniform, OctreeVolume};
+use argil_abi::{FillUniform, OctreeUniform};
 use argil_field::Program;
 use argil_math::{Control, morton};
 use glam::UVec3;
@@ -11,7 +11,7 @@ use glam::UVec3;
 pub(super) fn bricks<T: Texel>(
     program: &Program,
     layout: &OctreeLayout,
-    words: &OctreeVolume,
+    words: &OctreeUniform,
     fill: &FillUniform,
     (tree, centers): (&OctreeNodes, &[f32]),
     control: &Control,
@@ -20,14 +20,14 @@ pub(super) fn bricks<T: Texel>(
         let code = morton(first / layout.brick_size_voxels);
         let away = centers.get(code as usize).copied().unwrap_or(0.0);
         let has_brick = tree.codes().binary_search(&code).is_ok();
-        (!has_brick).then(|| T::stored(vacant(words, fill, away)))
+        (!has_brick).then(|| T::from_code(vacant(words, fill, away)))
     };
     sample(program, &layout.voxel_grid.grid(0), fill, &vacant, control)
 }
 
 /// Returns the value of all samples in a vacant cell, given the distance at its center: a lower bound for all of
 /// them, and at least one code step, so that the sign survives.
-fn vacant(words: &OctreeVolume, fill: &FillUniform, away: f32) -> i32 {
+fn vacant(words: &OctreeUniform, fill: &FillUniform, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
     let magnitude = away.abs() - words.spread;
     let quanta = fill.quanta as f32;
@@ -41,9 +41,9 @@ mod tests {
 
     #[test]
     fn vacant_cells_keep_their_sign_and_never_exceed_the_distance() {
-        let words = OctreeVolume {
+        let words = OctreeUniform {
             spread: 0.5,
-            ..OctreeVolume::default()
+            ..OctreeUniform::default()
         };
         let fill = FillUniform {
             spacing_scale: [1.0, 1.0, 1.0, 127.0],

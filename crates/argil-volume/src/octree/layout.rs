@@ -1,7 +1,7 @@
 //! The layout of an octree's bricks, and the settings of a build.
 
 use crate::{Encoding, VoxelGrid};
-use argil_abi::{OCTREE_MAX_DEPTH, OctreeVolume};
+use argil_abi::{OCTREE_MAX_DEPTH, OctreeUniform};
 use argil_field::Program;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
@@ -15,7 +15,7 @@ pub enum BrickTest {
     Conservative,
     /// Bricks whose center lies within the band: the study's test, which loses some.
     #[cfg_attr(feature = "clap", value(name = "center"))]
-    CenterInRange,
+    CenterInBand,
 }
 
 /// Settings of an octree.
@@ -84,7 +84,7 @@ pub struct OctreeLayout {
     /// Voxels along a brick's side.
     pub brick_size_voxels: u32,
     /// Bricks along each axis. The last ones may extend beyond the volume.
-    pub grid: UVec3,
+    pub size_bricks: UVec3,
     /// Levels of nodes.
     pub depth: u32,
 }
@@ -117,7 +117,7 @@ impl OctreeLayout {
             voxel_grid: lattice,
             encoding: settings.encoding,
             brick_size_voxels: brick,
-            grid,
+            size_bricks: grid,
             depth,
         })
     }
@@ -129,7 +129,7 @@ impl OctreeLayout {
 
     /// Returns the number of bricks that fit into the volume.
     pub fn capacity(&self) -> u64 {
-        self.grid.to_array().map(u64::from).iter().product()
+        self.size_bricks.to_array().map(u64::from).iter().product()
     }
 
     /// Returns the edge of a brick, in the scene's unit.
@@ -144,8 +144,8 @@ impl OctreeLayout {
     }
 
     /// Whether a cell contains voxels of the volume.
-    pub fn holds(&self, cell: UVec3) -> bool {
-        cell.cmplt(self.grid).all()
+    pub fn contains_voxels(&self, cell: UVec3) -> bool {
+        cell.cmplt(self.size_bricks).all()
     }
 
     /// Returns the center of a cell, as `select.wgsl` does.
@@ -155,7 +155,7 @@ impl OctreeLayout {
     }
 
     /// Returns the uniform for shaders. `program` determines how far from the surface a kept brick's center may be.
-    pub fn words(&self, program: &Program, keep: BrickTest) -> OctreeVolume {
+    pub fn uniform(&self, program: &Program, keep: BrickTest) -> OctreeUniform {
         let lattice = &self.voxel_grid;
         let range = self.encoding.band_width(lattice, 0);
         // Around the brick with half a voxel more on each side, and around its outermost samples.
@@ -164,14 +164,14 @@ impl OctreeLayout {
         let slack = program.bound_error(region);
         let lipschitz = 1.000_01 * program.lipschitz();
         let brick = self.brick_size_voxels as f32;
-        OctreeVolume {
+        OctreeUniform {
             corner: lattice.corner.to_array(),
             range,
             extent: lattice.extent().to_array(),
             voxel: lattice.voxel_size,
-            grid_x: self.grid.x,
-            grid_y: self.grid.y,
-            grid_z: self.grid.z,
+            grid_x: self.size_bricks.x,
+            grid_y: self.size_bricks.y,
+            grid_z: self.size_bricks.z,
             brick: self.brick_size_voxels,
             depth: self.depth,
             code_count: self.code_count(),
@@ -179,7 +179,7 @@ impl OctreeLayout {
                 BrickTest::Conservative => {
                     program.distance_threshold(half_diagonal(brick + 1.0), region)
                 }
-                BrickTest::CenterInRange => range,
+                BrickTest::CenterInBand => range,
             },
             spread: lipschitz * half_diagonal(brick - 1.0) + slack,
         }

@@ -2,7 +2,7 @@
 
 use super::{BrickTest, OctreeLayout};
 use argil_field::{Evaluator, LANES, Program};
-use argil_math::cell_of;
+use argil_math::morton_cell;
 use rayon::prelude::*;
 
 /// The bricks to keep, and the distances at all centers.
@@ -17,9 +17,10 @@ pub struct BrickSelection {
 impl BrickSelection {
     /// Evaluates the centers of all cells in Morton order, and keeps those near enough.
     pub fn of(program: &Program, layout: &OctreeLayout, keep: BrickTest) -> Self {
-        let reach = layout.words(program, keep).reach;
+        let reach = layout.uniform(program, keep).reach;
         let mut centers = vec![0.0; layout.code_count() as usize];
-        let is_kept = |code: u32, d: f32| layout.holds(cell_of(code)) && d.abs() <= reach;
+        let is_kept =
+            |code: u32, d: f32| layout.contains_voxels(morton_cell(code)) && d.abs() <= reach;
         // Parts come back in order, so their codes are ascending.
         let parts: Vec<Vec<u32>> = centers
             .par_chunks_mut(64 * LANES)
@@ -56,8 +57,8 @@ fn measure(layout: &OctreeLayout, evaluator: &mut Evaluator<'_>, first: u32, cen
         }
     };
     for i in 0..centers.len() {
-        let cell = cell_of(first + i as u32);
-        if !layout.holds(cell) {
+        let cell = morton_cell(first + i as u32);
+        if !layout.contains_voxels(cell) {
             continue;
         }
         let p = layout.center(cell);

@@ -1,7 +1,7 @@
 //! The tree above the bricks. `tree.wgsl` is the twin.
 
 use super::OctreeLayout;
-use argil_abi::Node;
+use argil_abi::OctreeNode;
 use argil_math::morton;
 use glam::UVec3;
 
@@ -9,7 +9,7 @@ use glam::UVec3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct OctreeNodes {
     codes: Vec<u32>,
-    nodes: Vec<Node>,
+    nodes: Vec<OctreeNode>,
     /// The index where each level begins. The parents of bricks are level 0, and the root is the last.
     levels: Vec<u32>,
 }
@@ -39,9 +39,9 @@ impl OctreeNodes {
             for (i, &key) in keys.iter().enumerate() {
                 if i == 0 || keys[i - 1] >> 3 != key >> 3 {
                     parents.push(key >> 3);
-                    nodes.push(Node {
+                    nodes.push(OctreeNode {
                         child_offset: i as u32,
-                        ..Node::default()
+                        ..OctreeNode::default()
                     });
                 }
                 let node = &mut nodes[begin + parents.len() - 1];
@@ -60,7 +60,7 @@ impl OctreeNodes {
     }
 
     /// Creates nodes from stored parts. [`OctreeNodes::check`] validates them.
-    pub fn from_parts(codes: Vec<u32>, nodes: Vec<Node>, levels: Vec<u32>) -> Self {
+    pub fn from_parts(codes: Vec<u32>, nodes: Vec<OctreeNode>, levels: Vec<u32>) -> Self {
         Self {
             codes,
             nodes,
@@ -74,7 +74,7 @@ impl OctreeNodes {
     }
 
     /// Returns all nodes, parents of bricks first, root last.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[OctreeNode] {
         &self.nodes
     }
 
@@ -96,8 +96,9 @@ impl OctreeNodes {
         if !self.codes.is_sorted_by(|a, b| a < b) {
             return Some("codes do not ascend");
         }
-        let in_grid =
-            |&code: &u32| code < layout.code_count() && layout.holds(argil_math::cell_of(code));
+        let in_grid = |&code: &u32| {
+            code < layout.code_count() && layout.contains_voxels(argil_math::morton_cell(code))
+        };
         if !self.codes.iter().all(in_grid) {
             return Some("a code lies outside of the volume");
         }
@@ -162,7 +163,7 @@ pub struct DescentPath {
 
 impl DescentPath {
     /// Creates a path that records look-ups.
-    pub fn remembered() -> Self {
+    pub fn recording() -> Self {
         Self {
             is_known: true,
             end: u32::MAX,
@@ -185,7 +186,7 @@ impl DescentPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argil_math::cell_of;
+    use argil_math::morton_cell;
     use proptest::prelude::*;
 
     fn codes(depth: u32) -> impl Strategy<Value = Vec<u32>> {
@@ -197,9 +198,9 @@ mod tests {
         #[test]
         fn every_brick_is_found_and_nothing_else(all in codes(4), probes in prop::collection::vec(0..1u32 << 12, 64)) {
             let tree = OctreeNodes::from_codes(all.clone(), 4);
-            let mut path = DescentPath::remembered();
+            let mut path = DescentPath::recording();
             for code in all.iter().chain(&probes) {
-                let cell = cell_of(*code);
+                let cell = morton_cell(*code);
                 let expected = all.binary_search(code).ok().map(|i| i as u32);
                 let from_root = tree.find(cell);
                 prop_assert_eq!(from_root.brick, expected);

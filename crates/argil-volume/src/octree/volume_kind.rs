@@ -2,7 +2,7 @@
 
 use crate::{
     BrickTest, Encoding, FilePart, FileReader, Octree, OctreeInfo, OctreeLayout, OctreeNodes,
-    OctreeSettings, RESOLUTIONS, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
+    OctreeSettings, RESOLUTION_RANGE, Section, VolumeError, VolumeInfo, VolumeKind, VoxelGrid,
 };
 use glam::{IVec3, Vec3};
 
@@ -41,7 +41,7 @@ impl VolumeKind for Octree {
         let (layout, tree) = (self.layout(), self.tree());
         let numbers = |words| bytemuck::cast_slice::<u32, u8>(words).into();
         FilePart {
-            own: [1, layout.brick_size_voxels, layout.depth],
+            kind_parameters: [1, layout.brick_size_voxels, layout.depth],
             sections: vec![
                 (Section::Codes, numbers(tree.codes())),
                 (Section::Nodes, bytemuck::cast_slice(tree.nodes()).into()),
@@ -52,7 +52,7 @@ impl VolumeKind for Octree {
     }
 
     fn fits_file(lattice: &VoxelGrid, _version: u32) -> bool {
-        RESOLUTIONS.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
+        RESOLUTION_RANGE.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
     }
 
     fn from_file(
@@ -70,11 +70,14 @@ impl VolumeKind for Octree {
         let layout = OctreeLayout::new(lattice, &settings)
             .map_err(|e| file.fault(Section::Description, &e.to_string()))?;
         let nodes = file.bytes(Section::Nodes)?;
-        if !nodes.len().is_multiple_of(size_of::<argil_abi::Node>()) {
+        if !nodes
+            .len()
+            .is_multiple_of(size_of::<argil_abi::OctreeNode>())
+        {
             return Err(file.fault(Section::Nodes, "half a node is left"));
         }
         let nodes = nodes
-            .chunks_exact(size_of::<argil_abi::Node>())
+            .chunks_exact(size_of::<argil_abi::OctreeNode>())
             .map(bytemuck::pod_read_unaligned)
             .collect();
         let tree = OctreeNodes::from_parts(

@@ -7,8 +7,8 @@ use glam::Vec3;
 impl Query<'_> {
     /// Returns the closest point of the surface within `max_distance`, or the best one found in [`MAX_BOXES`]
     /// boxes: [`ClosestPoint::is_nearest`] tells which. Returns `None` if there is none.
-    pub fn closest_point(&self, point: [f32; 3], most: f32) -> Option<ClosestPoint> {
-        self.closest_point_among(point, most, MAX_BOXES)
+    pub fn closest_point(&self, point: [f32; 3], max_distance: f32) -> Option<ClosestPoint> {
+        self.closest_point_among(point, max_distance, MAX_BOXES)
     }
 
     /// Finds the closest point within a budget of boxes. A box costs up to 10 µs where brushes are twisted or
@@ -26,11 +26,11 @@ impl Query<'_> {
     pub fn closest_point_among(
         &self,
         point: [f32; 3],
-        most: f32,
+        max_distance: f32,
         boxes: usize,
     ) -> Option<ClosestPoint> {
         let p = Vec3::from(point);
-        if !p.is_finite() || most.is_nan() {
+        if !p.is_finite() || max_distance.is_nan() {
             return None;
         }
         let mut probe = self.probe();
@@ -41,8 +41,8 @@ impl Query<'_> {
         let free = d.abs() / lipschitz;
         let mut best = self
             .project_to_surface(&mut probe, p)
-            .filter(|q| q.distance(p) <= most);
-        let mut reach = best.map_or(most, |q| q.distance(p));
+            .filter(|q| q.distance(p) <= max_distance);
+        let mut reach = best.map_or(max_distance, |q| q.distance(p));
         let bounds = self.tables().aabb().grown(self.epsilon);
         if best.is_none() {
             // No farther than the scene extends.
@@ -103,11 +103,15 @@ impl Query<'_> {
     }
 
     /// Finds the closest points of many points, on rayon's threads: see [`Query::closest_point`].
-    pub fn closest_points(&self, points: &[[f32; 3]], most: f32) -> Vec<Option<ClosestPoint>> {
+    pub fn closest_points(
+        &self,
+        points: &[[f32; 3]],
+        max_distance: f32,
+    ) -> Vec<Option<ClosestPoint>> {
         use rayon::prelude::*;
         points
             .par_iter()
-            .map(|&point| self.closest_point(point, most))
+            .map(|&point| self.closest_point(point, max_distance))
             .collect()
     }
 }

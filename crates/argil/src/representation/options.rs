@@ -66,7 +66,7 @@ pub(crate) trait RepresentationOptions: Copy + Default {
     ) -> Result<(Storage, BuildTimings), BuildError> {
         let lattice = match lattice {
             Some(lattice) if Self::IS_UNBOUNDED => lattice,
-            Some(lattice) => lattice.rebased(),
+            Some(lattice) => lattice.with_origin_at_box(),
             None => voxel_grid_of(
                 site.scene,
                 site.program,
@@ -130,6 +130,6 @@ pub(super) fn checked(encoding: Encoding) -> Result<Encoding, BuildError> {
     if (0.5..=4096.0).contains(&voxels) {
         Ok(encoding)
     } else {
-        Err(BuildError::Range(voxels))
+        Err(BuildError::Band(voxels))
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn voxel_grid_of(
     let solid = sampled_box(scene, program);
     let bounds = clip_box(scene, solid);
     Ok(match voxel {
-        Some(voxel) => VoxelGrid::of_voxels(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?,
+        Some(voxel) => VoxelGrid::with_voxel_size(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?,
         None => VoxelGrid::fitting(solid, bounds, resolution)?,
     })
 }
@@ -111,7 +111,7 @@ pub(crate) fn recomputed_grid(
         }
         bounds = bounds.map(|bounds| bounds.union(grid.aabb()));
     }
-    let found = grid.covering_on(solid, bounds);
+    let found = grid.recomputed(solid, bounds);
     Ok(found.map_err(argil_volume::BricksError::from)?)
 }
 

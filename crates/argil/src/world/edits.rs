@@ -140,7 +140,7 @@ impl World {
     /// If the device fails.
     pub async fn shrink_to_fit_async(&mut self) -> Result<(), BuildError> {
         if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
-            volume.trim(field).await?;
+            volume.shrink_to_fit(field).await?;
         }
         Ok(())
     }
@@ -188,7 +188,7 @@ impl World {
         let (fresh, _) = self.representation.build(&site, lattice).await?;
         let fresh = match (fresh, field) {
             (Storage::Cpu(volume), _) => volume,
-            (Storage::Gpu(volume), Some(field)) => volume.read(field.gpu()).await?,
+            (Storage::Gpu(volume), Some(field)) => volume.download(field.gpu()).await?,
             _ => return Ok(None),
         };
         Ok(match &fresh {

@@ -271,10 +271,16 @@ fn axes_and_units() {
 fn what_is_no_mesh_is_told() {
     let nothing = from_bytes(b"", MeshFormat::Obj, Path::new("empty.obj"))
         .map(|mesh| MeshSdf::new(&mesh).map(|_| ()));
-    assert!(matches!(nothing, Ok(Err(MeshReadError::Nothing)) | Err(_)));
+    assert!(matches!(
+        nothing,
+        Ok(Err(MeshReadError::NoTriangles)) | Err(_)
+    ));
     let flat = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\n";
     let flat = from_bytes(flat, MeshFormat::Obj, Path::new("flat.obj")).expect("a mesh");
-    assert!(matches!(MeshSdf::new(&flat), Err(MeshReadError::Nothing)));
+    assert!(matches!(
+        MeshSdf::new(&flat),
+        Err(MeshReadError::NoTriangles)
+    ));
     for format in [MeshFormat::Glb, MeshFormat::Ply, MeshFormat::Stl] {
         let error =
             from_bytes(b"solid nonsense", format, Path::new("x")).map(|m| m.triangles.len());
@@ -323,7 +329,7 @@ fn blocks_of_samples_are_exact_near_the_surface() {
             far,
         };
         let mut told = vec![0.0; 729];
-        solid.block(&block, &mut told);
+        solid.sample_block(&block, &mut told);
         for (i, &d) in told.iter().enumerate() {
             let right = solid.distance(block.place(i));
             if right.abs() > 1e-6 {

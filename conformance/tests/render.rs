@@ -9,7 +9,7 @@ use argil_field::{Program, naive};
 use argil_gpu::GpuProgram;
 use argil_math::Aabb;
 use argil_render::{
-    Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, WholeField, frame_uniforms,
+    Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, UnprunedField, frame_uniforms,
     render_with_hits,
 };
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
@@ -123,7 +123,7 @@ fn gpu_pictures_are_the_cpus() {
             (RenderMode::Heat, Vec3::new(0.05, -0.1, 0.02)),
         ] {
             let frames = look(&small(show), eye, &program);
-            let cpu = render_with_hits(&program, &WholeField, &frames);
+            let cpu = render_with_hits(&program, &UnprunedField, &frames);
             let (found, duration_ms) = field.render(&frames, true).wait().expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
@@ -140,7 +140,7 @@ fn gpu_pictures_are_the_cpus() {
 
             // Negative control: the camera moved by less than a pixel is another picture.
             let moved = look(&small(show), eye + Vec3::new(0.02, 0.0, 0.0), &program);
-            let moved = render_with_hits(&program, &WholeField, &moved);
+            let moved = render_with_hits(&program, &UnprunedField, &moved);
             assert!(gap(&cpu.hits, &moved.hits).1 > 1e-4);
             assert_ne!(cpu.rgb, moved.rgb);
         }
@@ -180,7 +180,7 @@ fn rays_find_what_a_search_finds() {
     ] {
         let frame = look(&settings, eye, &program)[0];
         let epsilon = frame.epsilon;
-        let hits = render_with_hits(&program, &WholeField, &[frame]).hits;
+        let hits = render_with_hits(&program, &UnprunedField, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
             let (x, y) = (
@@ -236,7 +236,7 @@ fn thin_rods_are_not_lost() {
     };
     let hits = render_with_hits(
         &program,
-        &WholeField,
+        &UnprunedField,
         &frame_uniforms(&settings, &camera, &program, None, FOCUS),
     )
     .hits;
@@ -258,7 +258,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
         Vec3::new(0.0, 1.0, 3.0),
         &program,
     );
-    let cpu = render_with_hits(&program, &WholeField, &frames);
+    let cpu = render_with_hits(&program, &UnprunedField, &frames);
     let (found, _) = GpuProgram::new(gpu(), &program, false)
         .expect("a field")
         .render(&frames, true)
@@ -298,7 +298,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
             ..RenderSettings::default()
         };
         let frames = frame_uniforms(&settings, &camera, &program, None, focus);
-        let cpu = render_with_hits(&program, &WholeField, &frames);
+        let cpu = render_with_hits(&program, &UnprunedField, &frames);
         let (found, _) = GpuProgram::new(gpu.clone(), &program, false)
             .expect("a field")
             .render(&frames, true)
@@ -338,7 +338,7 @@ fn pruned_rays_find_what_whole_ones_do() {
                 ..RenderSettings::default()
             };
             let frames = frame_uniforms(&settings, &camera, &program, None, held);
-            let whole = render_with_hits(&program, &WholeField, &frames).hits;
+            let whole = render_with_hits(&program, &UnprunedField, &frames).hits;
             let pruned = render_with_hits(&program, &PrunedField, &frames).hits;
             let epsilon = frames[0].epsilon;
             let (mut other, mut away, mut turned) = (0, 0, 0);
@@ -464,7 +464,7 @@ fn light_of_many_is_the_whole_fields() {
         };
         let frame = frame_uniforms(&settings, &camera, &program, None, FOCUS);
         let near = render_with_hits(&program, &PrunedField, &frame);
-        let whole = render_with_hits(&program, &WholeField, &frame);
+        let whole = render_with_hits(&program, &UnprunedField, &frame);
         let pixels = near.rgb.chunks(3).zip(whole.rgb.chunks(3));
         let off = |(a, b): (&[u8], &[u8])| {
             let all = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b));

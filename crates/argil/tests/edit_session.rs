@@ -591,7 +591,7 @@ fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
         ) {
             continue;
         }
-        let path = folder.path().join(format!("{}.argil", via.word()));
+        let path = folder.path().join(format!("{}.argil", via.name()));
         Engine::cpu()
             .build(&scene)?
             .with_representation(via)?
@@ -601,7 +601,7 @@ fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
         again.push(Brush::new(Shape::sphere(0.2)).at([0.9, 0.0, 0.0]))?;
         again.name = "grown".into();
         world.apply(&again)?;
-        assert!(world.distance([0.9, 0.0, 0.0]) < -0.19, "{}", via.word());
+        assert!(world.distance([0.9, 0.0, 0.0]) < -0.19, "{}", via.name());
         world.save(&path)?;
         let (saved, _) = Engine::cpu().load(argil::volume::VolumeFile::open(&path)?, &path)?;
         assert!(saved == again && saved.name == "grown");
