@@ -68,7 +68,12 @@ pub fn modifier_cases() -> Vec<SceneCase> {
             },
         ),
         ("round", Modifier::Round { radius: 0.08 }),
-        ("shell", Modifier::Shell { thickness: 0.04 }),
+        (
+            "shell",
+            Modifier::Shell {
+                half_thickness: 0.04,
+            },
+        ),
         (
             "twist",
             Modifier::Twist {

@@ -115,7 +115,7 @@ fn special_shapes() -> Vec<(String, Shape)> {
             Shape::CutHollowSphere {
                 radius: 0.6,
                 cut: -0.3,
-                thickness: 0.05,
+                half_thickness: 0.05,
             },
         ),
         (

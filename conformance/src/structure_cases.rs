@@ -66,7 +66,9 @@ pub fn structure_cases() -> Vec<SceneCase> {
         .with_modifier(Modifier::Twist {
             degrees_per_unit: 40.0,
         })
-        .with_modifier(Modifier::Shell { thickness: 0.03 });
+        .with_modifier(Modifier::Shell {
+            half_thickness: 0.03,
+        });
     let outer = push(&mut scene, Scene::ROOT, outer);
     let ring = push(
         &mut scene,

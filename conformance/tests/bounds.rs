@@ -119,7 +119,9 @@ fn garden() -> (Scene, Vec<NodeId>) {
     };
     let rounded = Group::new()
         .with_modifier(rough)
-        .with_modifier(Modifier::Shell { thickness: 0.05 });
+        .with_modifier(Modifier::Shell {
+            half_thickness: 0.05,
+        });
     for (g, group) in [twisted, mirrored, repeated, rounded]
         .into_iter()
         .enumerate()

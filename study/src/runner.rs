@@ -399,7 +399,7 @@ fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> 
     let voxel = f64::from(meshed.voxel_grid.voxel_size);
     out.set("hausdorff_voxels", apart.hausdorff() / voxel);
     out.set("chamfer_voxels", apart.chamfer() / voxel);
-    out.set("off_rms_voxels", meshed.surface_error_voxels[0]);
+    out.set("off_rms_voxels", meshed.surface_error.rms_voxels);
     Ok(())
 }
 

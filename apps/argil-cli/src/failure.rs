@@ -81,7 +81,7 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
         return of_build(error);
     }
     match cause.downcast_ref() {
-        Some(MeshFileError::Outside { .. }) => return Some("--allow-external-meshes"),
+        Some(MeshFileError::ExternalMesh { .. }) => return Some("--allow-external-meshes"),
         Some(MeshFileError::Empty { source, .. }) => return of_solid(source),
         _ => {}
     }

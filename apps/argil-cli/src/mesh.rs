@@ -180,7 +180,7 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
         "mesh_ms": meshed.duration_ms,
         "stages_ms": stages,
         "vertices": meshed.mesh.positions.len(),
-        "off_voxels": { "rms": meshed.surface_error_voxels[0], "max": meshed.surface_error_voxels[1] },
+        "off_voxels": { "rms": meshed.surface_error.rms_voxels, "max": meshed.surface_error.max_voxels },
         "simplified_by": meshed.simplification_error,
         "lods": lods.iter().map(|(path, lod)| json!({
             "mesh": path.display().to_string(),
@@ -190,7 +190,7 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
             "open_edges": lod.report.open_edges,
             "non_manifold_edges": lod.report.non_manifold_edges,
             "simplified_by": lod.simplification_error,
-            "off_voxels": { "rms": lod.surface_error_voxels[0], "max": lod.surface_error_voxels[1] },
+            "off_voxels": { "rms": lod.surface_error.rms_voxels, "max": lod.surface_error.max_voxels },
         })).collect::<Vec<_>>(),
         "memory_bytes": meshed.mesh.memory_bytes(),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),

@@ -176,7 +176,7 @@ struct FrameUniform {
     height: u32,
     first_row: u32,
     max_steps: u32,
-    show: u32,
+    mode: u32,
     sample_weight: f32,
     far: f32,
     depth_near: f32,
@@ -324,7 +324,7 @@ struct PruneUniform {
     arena_words: u32,
     cells_room: u32,
     count: u32,
-    make: u32,
+    build_mode: u32,
     blocks_at: u32,
     dirty_first: u32,
     freed_first: u32,
@@ -345,7 +345,7 @@ struct MarchingUniform {
     pad1: u32,
     pad2: u32,
 }
-struct Node {
+struct OctreeNode {
     child_offset: u32,
     valid_mask: u32,
     leaf_mask: u32,

@@ -23,6 +23,7 @@ impl Program {
     /// assert!(far.is_positive());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    #[doc(alias = "interval arithmetic")]
     pub fn bounds(&self, region: Aabb) -> Interval {
         let center = region.center();
         let value = self.distance(center);

@@ -325,9 +325,9 @@ fn round<R: Real>(r: &mut InterpreterState<R>, &[radius]: &[f32; 1]) {
 }
 
 #[inline(always)]
-fn shell<R: Real>(r: &mut InterpreterState<R>, &[thickness]: &[f32; 1]) {
+fn shell<R: Real>(r: &mut InterpreterState<R>, &[half_thickness]: &[f32; 1]) {
     for i in 0..LANES {
-        let d = R::get(&r.acc, i).abs() - thickness;
+        let d = R::get(&r.acc, i).abs() - half_thickness;
         R::set(&mut r.acc, i, d);
     }
 }

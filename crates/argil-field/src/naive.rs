@@ -49,7 +49,7 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
         Modifier::Mirror { axes } => inner(V3::select(glam::BVec3::from_array(axes), p.abs(), p)),
         Modifier::Elongate { by } => inner(p - p.clamp(-d3(by), d3(by))),
         Modifier::Round { radius } => inner(p) - f64::from(radius),
-        Modifier::Shell { thickness } => inner(p).abs() - f64::from(thickness),
+        Modifier::Shell { half_thickness } => inner(p).abs() - f64::from(half_thickness),
         Modifier::Repeat { spacing, count } => {
             let places = copies(spacing, count, p).into_iter();
             places.map(|place| inner(p - place)).fold(NOTHING, f64::min)

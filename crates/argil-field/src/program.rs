@@ -21,6 +21,7 @@ use argil_scene::Scene;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
+#[doc(alias = "tape")]
 pub struct Program {
     pub(crate) instructions: Vec<Instruction>,
     pub(crate) params: Vec<f32>,

@@ -159,6 +159,7 @@ impl<'a> Pruner<'a> {
     ///
     /// # Panics
     /// If `instrs` is not the classified program.
+    #[doc(alias = "simplify")]
     pub fn prune_into(&mut self, instrs: &[Instruction], cell: usize, out: &mut Vec<Instruction>) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instrs.len(), "the list that was marked");

@@ -12,6 +12,7 @@ use glam::{DAffine3, Vec3};
 /// assert_eq!(unit.distance(Vec3::new(3.0, 0.5, 0.5)), 2.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(alias = "bounding box")]
 pub struct Aabb {
     /// The minimum corner.
     pub min: Vec3,

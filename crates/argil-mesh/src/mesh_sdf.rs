@@ -24,6 +24,8 @@ const LONGEST: f32 = 1e5;
 
 /// Signed distances to a triangle mesh.
 #[derive(Debug)]
+#[doc(alias = "voxelize")]
+#[doc(alias = "mesh to level set")]
 pub struct MeshSdf {
     /// The triangles between inside and outside.
     surface: Bvh,

@@ -59,7 +59,7 @@ impl Extent {
         }
         match *modifier {
             Modifier::Round { radius } => self.offset(radius),
-            Modifier::Shell { thickness } => self.offset(thickness),
+            Modifier::Shell { half_thickness } => self.offset(half_thickness),
             Modifier::Displace { amplitude, .. } => {
                 let moved = self.offset(2.0 * amplitude);
                 Self {

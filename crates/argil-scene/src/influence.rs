@@ -202,7 +202,7 @@ fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
     match *modifier {
         Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),
         Modifier::Round { radius } => interest + radius,
-        Modifier::Shell { thickness } => interest + thickness,
+        Modifier::Shell { half_thickness } => interest + half_thickness,
         Modifier::Displace { amplitude, .. } => {
             interest * modifier.stretch(content) + 2.0 * amplitude
         }

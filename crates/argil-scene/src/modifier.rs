@@ -138,6 +138,8 @@ modifiers! {
     example(Self::Elongate { by: [0.2, 0.0, 0.0] });
 
     /// Moves the surface outward, which rounds edges.
+    #[doc(alias = "offset")]
+    #[doc(alias = "dilate")]
     Round {
         /// The distance.
         radius: f32 => not_negative,
@@ -145,11 +147,14 @@ modifiers! {
     example(Self::Round { radius: 0.05 });
 
     /// Keeps only a shell around the surface.
+    #[doc(alias = "onion")]
+    #[doc(alias = "hollow")]
     Shell {
         /// Half the thickness of the shell: the surface moves by this distance to both sides.
-        thickness: f32 => positive,
+        #[serde(alias = "thickness")]
+        half_thickness: f32 => positive,
     }
-    example(Self::Shell { thickness: 0.03 });
+    example(Self::Shell { half_thickness: 0.03 });
 
     /// Rotates about the y axis by an angle that grows with y.
     Twist {

@@ -192,6 +192,7 @@ macro_rules! builder {
 
             /// Translates by a vector, in the scene's unit.
             #[must_use]
+            #[doc(alias = "translate")]
             pub fn at(self, position: [f32; 3]) -> $built {
                 self.with_modifier(Modifier::Translate { by: position })
             }
@@ -210,12 +211,14 @@ macro_rules! builder {
 
             /// Subtracts this from everything before it.
             #[must_use]
+            #[doc(alias = "difference")]
             pub fn subtract(self) -> $built {
                 self.with_operator(OperatorKind::Subtract)
             }
 
             /// Keeps only what lies inside this.
             #[must_use]
+            #[doc(alias = "intersection")]
             pub fn intersect(self) -> $built {
                 self.with_operator(OperatorKind::Intersect)
             }
@@ -239,6 +242,9 @@ macro_rules! builder {
             /// The blend adds material up to a quarter of the radius beyond both solids where their surfaces are
             /// close, also where they are flush. See [`BlendProfile`](crate::BlendProfile) for the formula.
             #[must_use]
+            #[doc(alias = "smin")]
+            #[doc(alias = "smooth_union")]
+            #[doc(alias = "fillet")]
             pub fn smooth(self, radius: f32) -> $built {
                 self.change(|desc| {
                     desc.operator.profile = BlendProfile::Smooth;

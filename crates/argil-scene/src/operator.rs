@@ -12,8 +12,12 @@ pub enum OperatorKind {
     #[default]
     Union,
     /// Cuts the operand out.
+    #[doc(alias = "difference")]
+    #[doc(alias = "boolean")]
+    #[doc(alias = "CSG")]
     Subtract,
     /// Keeps only what lies inside the operand.
+    #[doc(alias = "intersection")]
     Intersect,
     /// Keeps the solid, and uses the operand's material where the operand is.
     Paint,

@@ -90,6 +90,7 @@ impl SampledBlock {
 
 /// A distance that is interpolated between samples.
 #[derive(Clone, PartialEq)]
+#[doc(alias = "ADF")]
 pub struct SampledGrid {
     /// What interpreters read, as numbers: the header; for each cell, 0 or one more than the position of its fine
     /// samples; the coarse samples at cell corners; the fine samples cell by cell. x is fastest.

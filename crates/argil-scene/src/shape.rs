@@ -280,6 +280,8 @@ impl Shape {
     }
 
     /// Creates a box with sharp edges. `half_size` is half the length of each side.
+    #[doc(alias = "box")]
+    #[doc(alias = "half_extents")]
     pub fn cuboid(half_size: [f32; 3]) -> Self {
         Self::Box {
             half_size,

@@ -66,17 +66,18 @@ macro_rules! shape_table {
                     /// Half the length of each side.
                     half_size: [f32; 3] => positive,
                     /// Half the width of a beam.
-                    thickness: f32 => positive,
+                    #[serde(alias = "thickness")]
+                    half_thickness: f32 => positive,
                 }
-                rule(at_most("thickness", thickness, least(half_size), "the least half size"))
+                rule(at_most("half_thickness", half_thickness, least(half_size), "the least half size"))
                 words({
                     let [x, y, z] = half_size;
-                    [x, y, z, thickness]
+                    [x, y, z, half_thickness]
                 })
                 bounds(Aabb::centered(half_size.into()))
                 // Beams overlap, and the minimum of two inner distances is only a bound.
                 exact(false)
-                example(Some(Shape::BoxFrame { half_size: [0.45, 0.45, 0.45], thickness: 0.06 }));
+                example(Some(Shape::BoxFrame { half_size: [0.45, 0.45, 0.45], half_thickness: 0.06 }));
 
                 /// Torus about the y axis.
                 Torus(sd_torus) {
@@ -328,16 +329,17 @@ macro_rules! shape_table {
                     /// Height of the cut, between −radius and radius.
                     cut: f32 => coordinate,
                     /// Half of the shell's thickness.
-                    thickness: f32 => positive,
+                    #[serde(alias = "thickness")]
+                    half_thickness: f32 => positive,
                 }
                 rule(cut_inside_sphere(radius, cut))
-                words([radius, cut, rim_radius(radius, cut), thickness])
+                words([radius, cut, rim_radius(radius, cut), half_thickness])
                 bounds({
                     let widest = if cut < 0.0 { rim_radius(radius, cut) } else { radius };
-                    upright(widest, -radius, cut).grown(thickness)
+                    upright(widest, -radius, cut).grown(half_thickness)
                 })
                 exact(true)
-                example(Some(Shape::CutHollowSphere { radius: 0.5, cut: 0.1, thickness: 0.04 }));
+                example(Some(Shape::CutHollowSphere { radius: 0.5, cut: 0.1, half_thickness: 0.04 }));
 
                 /// The part of a sphere within an angle around +y.
                 SolidAngle(sd_solid_angle) {

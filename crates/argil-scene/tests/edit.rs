@@ -60,7 +60,9 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         },
         "cannot change between brush and group",
     );
-    let shell = Modifier::Shell { thickness: 0.1 };
+    let shell = Modifier::Shell {
+        half_thickness: 0.1,
+    };
     refused(
         Edit::Transform {
             node: brush,

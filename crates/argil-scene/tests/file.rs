@@ -241,3 +241,20 @@ fn the_committed_schema_is_up_to_date() {
         "run `cargo xtask generate`"
     );
 }
+
+#[test]
+fn keys_of_earlier_versions_are_read() {
+    let now = r#"{"argil": 1, "view": {"camera": {"look_at": {"eye": [0, 0, 5], "target": [0, 0, 0]}}, "bounds": [[-1, -1, -1], [1, 1, 1]]}, "brushes": [
+        {"shape": {"type": "box_frame", "half_size": [1, 1, 1], "half_thickness": 0.1}},
+        {"shape": {"type": "cut_hollow_sphere", "radius": 1, "cut": 0.1, "half_thickness": 0.1}},
+        {"shape": {"type": "sphere", "radius": 1}, "modifiers": [{"type": "shell", "half_thickness": 0.1}]},
+        {"shape": {"type": "extrusion", "profile": {"start": [0, 0], "segments": [{"to": [1, 0]}, {"to": [0, 1]}]}, "half_height": 1}}]}"#;
+    let earlier = now
+        .replace("look_at", "look")
+        .replace("bounds", "frame")
+        .replace("half_thickness", "thickness")
+        .replace("segments", "pieces");
+    assert_ne!(now, earlier);
+    let [now, earlier] = [now, &earlier].map(|json| parse(json).expect("a scene"));
+    assert_eq!(now.to_json(), earlier.to_json());
+}

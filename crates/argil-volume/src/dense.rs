@@ -36,6 +36,7 @@ const COARSEST: u32 = 4;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[doc(alias = "3D texture")]
 pub struct Dense {
     voxel_grid: VoxelGrid,
     encoding: Encoding,

@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(output.report.is_watertight());
     println!(
         "knob.stl: {} triangles, {:.0} mm³, vertices {:.5} voxels from the surface",
-        output.report.triangles, output.report.volume, output.surface_error_voxels[0]
+        output.report.triangles, output.report.volume, output.surface_error.rms_voxels
     );
     let z_up = MeshWriteOptions {
         axes: UpAxis::ZUp,

@@ -78,6 +78,10 @@ impl Query<'_> {
     /// inside a solid hits where it leaves; [`Query::distance`] tells whether a point is inside.
     /// `direction` need not be a unit vector. Distances are in the scene's unit. Returns `None` for a direction of
     /// length 0, and for values that are not finite.
+    #[doc(alias = "raycast")]
+    #[doc(alias = "raymarch")]
+    #[doc(alias = "sphere tracing")]
+    #[doc(alias = "ray_intersect")]
     pub fn cast_ray(
         &self,
         origin: [f32; 3],
@@ -94,6 +98,8 @@ impl Query<'_> {
     /// `direction.dot(normal) >= 0`.
     ///
     /// The work is bounded: each step is as long as the free distance, and evaluates only operands near it.
+    #[doc(alias = "shape cast")]
+    #[doc(alias = "sweep")]
     pub fn cast_sphere(
         &self,
         origin: [f32; 3],

@@ -13,6 +13,9 @@ use web_time::Instant;
 /// The algorithm that extracts triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[doc(alias = "marching cubes")]
+#[doc(alias = "isosurface")]
+#[doc(alias = "polygonize")]
 pub enum MeshMethod {
     /// Marching cubes: vertices on the edges of the voxel grid (Lorensen and Cline 1987).
     #[default]

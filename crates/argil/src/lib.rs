@@ -48,7 +48,7 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
-pub use meshing::{MeshError, MeshNormals, MeshOptions, MeshOutput, save_mesh};
+pub use meshing::{MeshError, MeshNormals, MeshOptions, MeshOutput, VertexError, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;

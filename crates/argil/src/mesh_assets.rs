@@ -79,7 +79,7 @@ pub enum MeshFileError {
         "the mesh \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
         folder.display()
     )]
-    Outside {
+    ExternalMesh {
         /// Path in the scene.
         path: String,
         /// Folder of the scene.
@@ -88,7 +88,7 @@ pub enum MeshFileError {
 }
 
 /// Loads the meshes and heightmap images that a scene names and does not have yet. `folder` is the folder of the
-/// scene's file. If `outside` is false, paths may not leave it. The samples are cached in the user's cache folder,
+/// scene's file. If `allow_external` is false, paths may not leave it. The samples are cached in the user's cache folder,
 /// by the hash of the file's bytes.
 ///
 /// # Errors
@@ -96,9 +96,9 @@ pub enum MeshFileError {
 pub fn load_meshes(
     scene: &mut Scene,
     folder: &Path,
-    outside: bool,
+    allow_external: bool,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
-    load_meshes_with_control(scene, folder, outside, &Control::default())
+    load_meshes_with_control(scene, folder, allow_external, &Control::default())
 }
 
 /// Loads meshes as [`load_meshes`] does, and can be canceled. Meshes that were loaded before stay in the scene.
@@ -108,14 +108,14 @@ pub fn load_meshes(
 pub fn load_meshes_with_control(
     scene: &mut Scene,
     folder: &Path,
-    outside: bool,
+    allow_external: bool,
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
-        let place = place_of(&path, folder, outside)?;
+        let place = place_of(&path, folder, allow_external)?;
         let mesh = load(&path, &place, resolution, &mut solids, control)?;
         scene.set_mesh_grid(path, resolution, mesh.grid.clone());
         loaded.push(mesh);
@@ -214,17 +214,17 @@ fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
 }
 
 /// Returns the path of a mesh's file.
-fn place_of(path: &str, folder: &Path, outside: bool) -> Result<PathBuf, MeshFileError> {
+fn place_of(path: &str, folder: &Path, allow_external: bool) -> Result<PathBuf, MeshFileError> {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
     } else {
         folder
     };
     let place = folder.join(path);
-    if outside {
+    if allow_external {
         return Ok(place);
     }
-    let refuse = || MeshFileError::Outside {
+    let refuse = || MeshFileError::ExternalMesh {
         path: path.to_owned(),
         folder: folder.into(),
     };

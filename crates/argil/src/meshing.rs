@@ -93,8 +93,29 @@ pub struct MeshOutput {
     pub stages_ms: Vec<(&'static str, f64)>,
     /// Upper estimate of how far simplification moved the surface, in the scene's unit.
     pub simplification_error: f32,
-    /// Distance of vertices from the exact surface in voxels: root mean square, and maximum.
-    pub surface_error_voxels: [f64; 2],
+    /// Distance of vertices from the exact surface.
+    pub surface_error: VertexError,
+}
+
+/// How far the vertices of a mesh are from the exact surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VertexError {
+    /// Root mean square of the distances, in voxels.
+    pub rms_voxels: f64,
+    /// Maximum distance, in voxels.
+    pub max_voxels: f64,
+}
+
+impl VertexError {
+    /// Computes the error of vertices from their distances, for a surface at distance `iso`.
+    fn of(distances: &[f32], iso: f32, voxel_size: f32) -> Self {
+        let voxels = |d: f32| f64::from((d - iso).abs() / voxel_size);
+        let square: f64 = distances.iter().map(|&d| voxels(d).powi(2)).sum();
+        Self {
+            rms_voxels: (square / distances.len().max(1) as f64).sqrt(),
+            max_voxels: distances.iter().map(|&d| voxels(d)).fold(0.0, f64::max),
+        }
+    }
 }
 
 impl MeshOutput {
@@ -238,7 +259,7 @@ impl World {
         self.engine().control.end();
         let duration_ms = start.elapsed().as_secs_f64() * 1e3;
         let report = MeshReport::of(&mesh);
-        let off = project_to_field::distances(program, &lists, &mesh);
+        let distances = project_to_field::distances(program, &lists, &mesh);
         if options.normals == MeshNormals::Face || options.unindexed {
             let shared = std::mem::take(&mut mesh);
             mesh = shared.unindexed(options.normals == MeshNormals::Face);
@@ -246,11 +267,8 @@ impl World {
         if options.normals == MeshNormals::None {
             mesh.normals = Vec::new();
         }
-        let voxels = |d: f32| f64::from((d - iso).abs() / lattice.voxel_size);
-        let square: f64 = off.iter().map(|&d| voxels(d).powi(2)).sum();
-        let most = off.iter().map(|&d| voxels(d)).fold(0.0, f64::max);
         Ok(MeshOutput {
-            surface_error_voxels: [(square / off.len().max(1) as f64).sqrt(), most],
+            surface_error: VertexError::of(&distances, iso, lattice.voxel_size),
             mesh,
             report,
             simplification_error: simplified_by,

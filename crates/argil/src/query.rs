@@ -298,6 +298,8 @@ impl<'a> Query<'a> {
 
     /// Classifies a box as outside, inside or intersecting the solid, within a tolerance in the scene's unit. If
     /// [`MAX_BOXES`] parts of it do not suffice, the result is [`BoxPosition::Intersecting`].
+    #[doc(alias = "overlap")]
+    #[doc(alias = "intersection test")]
     pub fn classify_box(&self, min: [f32; 3], max: [f32; 3], tolerance: f32) -> BoxPosition {
         let whole = Aabb::new(min.into(), max.into());
         // A box with NaN lies nowhere.

@@ -21,9 +21,9 @@ impl World {
     }
 
     /// Returns a camera in another pose, with the scene's field of view.
-    pub fn camera_at(&self, placement: CameraPose) -> Camera {
+    pub fn camera_at(&self, pose: CameraPose) -> Camera {
         let field_of_view_degrees = self.scene.view.field_of_view_degrees;
-        match placement {
+        match pose {
             CameraPose::Orbit(orbit) => {
                 Camera::orbit(self.view_bounds, orbit, field_of_view_degrees)
             }
@@ -37,12 +37,12 @@ impl World {
 
     /// Returns settings that suit the scene, for a size in pixels and a mode. Shaded images get four samples per
     /// pixel.
-    pub fn render_settings(&self, size: [u32; 2], show: RenderMode) -> RenderSettings {
+    pub fn render_settings(&self, size: [u32; 2], mode: RenderMode) -> RenderSettings {
         RenderSettings {
             size,
-            mode: show,
-            samples: if show == RenderMode::Shaded { 4 } else { 1 },
-            ground: self.scene.view.ground && show == RenderMode::Shaded,
+            mode,
+            samples: if mode == RenderMode::Shaded { 4 } else { 1 },
+            ground: self.scene.view.ground && mode == RenderMode::Shaded,
             sun_degrees: self.scene.view.sun_degrees,
             max_steps: match self.representation {
                 Representation::Field => FIELD_STEPS,

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl Engine {
-    /// Creates a world from a volume file, as a future: see [`Engine::load`]. If `outside` is true, meshes may lie
+    /// Creates a world from a volume file, as a future: see [`Engine::load`]. If `allow_external` is true, meshes may lie
     /// outside the file's folder.
     ///
     /// # Errors
@@ -20,9 +20,9 @@ impl Engine {
         &self,
         stored: VolumeFile,
         path: impl AsRef<Path>,
-        outside: bool,
+        allow_external: bool,
     ) -> Result<(Scene, World), VolumeFileError> {
-        World::load(self.clone(), stored, path.as_ref(), outside).await
+        World::load(self.clone(), stored, path.as_ref(), allow_external).await
     }
 }
 
@@ -31,13 +31,13 @@ impl World {
         engine: Engine,
         stored: VolumeFile,
         path: &Path,
-        outside: bool,
+        allow_external: bool,
     ) -> Result<(Scene, Self), VolumeFileError> {
         let mut scene = crate::stored_scene(&stored, path)?;
         // Files of version 1 hold no meshes.
         let folder = path.parent().unwrap_or(Path::new("."));
         let control = &engine.control;
-        crate::load_meshes_with_control(&mut scene, folder, outside, control)?;
+        crate::load_meshes_with_control(&mut scene, folder, allow_external, control)?;
         let mut world = Self::new(engine, &scene)?;
         let mut stored = stored;
         let solid = world.program().aabb();

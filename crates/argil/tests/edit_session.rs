@@ -328,7 +328,7 @@ fn what_jumps_costs_where_it_is() -> Outcome {
     let spread = |i: u32, k: u32| 0.02 * ((i * k) % 101) as f32 - 1.0;
     let shapes = [
         r#"{"type":"ellipsoid","radii":[0.1,0.2,0.15]}"#,
-        r#"{"type":"box_frame","half_size":[0.15,0.12,0.1],"thickness":0.02}"#,
+        r#"{"type":"box_frame","half_size":[0.15,0.12,0.1],"half_thickness":0.02}"#,
         r#"{"type":"bezier_tube","from":[0,0,0],"control":[0.1,0.1,0],"to":[0.2,0,0.1],"from_radius":0.04,"to_radius":0.03}"#,
     ];
     let copies = [

@@ -14,7 +14,7 @@ use std::f32::consts::TAU;
 fn offset_of(modifier: &Modifier) -> Option<(u32, f32)> {
     match *modifier {
         Modifier::Round { radius } => Some((abi::OP_ROUND, radius)),
-        Modifier::Shell { thickness } => Some((abi::OP_SHELL, thickness)),
+        Modifier::Shell { half_thickness } => Some((abi::OP_SHELL, half_thickness)),
         _ => None,
     }
 }

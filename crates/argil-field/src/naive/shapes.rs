@@ -101,10 +101,10 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         } => cuboid(p, d3(half_size) - f(rounding)) - f(rounding),
         Shape::BoxFrame {
             half_size,
-            thickness,
+            half_thickness,
         } => {
             // Twelve beams, of which symmetry leaves three.
-            let (h, e) = (d3(half_size), f(thickness));
+            let (h, e) = (d3(half_size), f(half_thickness));
             let beam = |axis: usize| {
                 let mut half = V3::splat(e);
                 half[axis] = h[axis];
@@ -264,7 +264,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
         Shape::CutHollowSphere {
             radius,
             cut,
-            thickness,
+            half_thickness,
         } => {
             let (r, h) = (f(radius), f(cut));
             let rim = V2::new((r * r - h * h).sqrt(), h);
@@ -274,7 +274,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             } else {
                 f64::INFINITY
             };
-            ball.min(q.distance(rim)) - f(thickness)
+            ball.min(q.distance(rim)) - f(half_thickness)
         }
         Shape::SolidAngle {
             radius,

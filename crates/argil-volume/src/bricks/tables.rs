@@ -25,6 +25,9 @@ use glam::IVec3;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[doc(alias = "VDB")]
+#[doc(alias = "narrow band")]
+#[doc(alias = "brickmap")]
 pub struct Bricks {
     pub(super) layout: BrickLayout,
     /// The Lipschitz constant of the distances.

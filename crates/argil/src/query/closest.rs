@@ -7,6 +7,8 @@ use glam::Vec3;
 impl Query<'_> {
     /// Returns the closest point of the surface within `max_distance`, or the best one found in [`MAX_BOXES`]
     /// boxes: [`ClosestPoint::is_nearest`] tells which. Returns `None` if there is none.
+    #[doc(alias = "project_point")]
+    #[doc(alias = "nearest")]
     pub fn closest_point(&self, point: [f32; 3], max_distance: f32) -> Option<ClosestPoint> {
         self.closest_point_among(point, max_distance, MAX_BOXES)
     }

@@ -148,6 +148,8 @@ impl World {
     /// Calls `listener` whenever edits are finished, with boxes outside which no distance near a surface changed.
     /// After a rebuild, it is the box of everything. The thread that applies edits makes the call. On a GPU, the
     /// call comes after the work is submitted.
+    #[doc(alias = "observer")]
+    #[doc(alias = "callback")]
     pub fn subscribe(
         &mut self,
         listener: impl FnMut(&[Aabb]) + Send + Sync + 'static,
