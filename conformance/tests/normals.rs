@@ -126,7 +126,8 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
         ..RenderSettings::default()
     };
     let frames = frame_uniforms(&settings, &camera, &program, Some(&lattice), held);
-    let pixel_voxels = frames[0].pixel * camera.eye.distance(held.center()) / lattice.voxel_size;
+    let pixel_voxels =
+        frames[0].pixel_width * camera.eye.distance(held.center()) / lattice.voxel_size;
     assert!(pixel_voxels > 9.0, "{pixel_voxels}");
     let cpu = render_with_hits(&program, &bricks, &frames).hits;
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");

@@ -309,7 +309,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
             ] {
                 // A ray through bricks has hit within half a pixel.
                 let footprint = if name.ends_with("bricks") {
-                    0.5 * frames[0].pixel
+                    0.5 * frames[0].pixel_width
                 } else {
                     0.0
                 };

@@ -426,7 +426,7 @@ fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
     for (a, b) in a.iter().zip(b) {
         let far = |x: u32, y: u32| x.abs_diff(y) > 4 + x / 20;
         if a.kind != b.kind
-            || a.mark != b.mark
+            || a.id != b.id
             || a.cells.abs_diff(b.cells) > 1
             || a.descents.abs_diff(b.descents) > 4
             || far(a.steps, b.steps)
@@ -633,8 +633,8 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
         // A ray along an edge may be given to either side.
         let is_clear = span.is_none_or(|(near, far)| far - near > 1e-3);
         if is_clear {
-            assert_eq!(hit.mark != 0, span.is_some());
-            assert_eq!((hit.mark, hit.kind), (other.mark, other.kind));
+            assert_eq!(hit.id != 0, span.is_some());
+            assert_eq!((hit.id, hit.kind), (other.id, other.kind));
         }
         if let (true, Some((near, _))) = (is_clear, span) {
             met += 1;

@@ -78,13 +78,13 @@ shared_struct! {
         /// Depth that is rendered black.
         depth_far: f32,
         /// Width of a pixel at distance 1.
-        pixel: f32,
+        pixel_width: f32,
         /// The first step of this dispatch, because a march can take several.
         first_step: u32,
         /// Maximum steps of this dispatch.
         step_count: u32,
         /// Height above a surface at which light is gathered.
-        lift: f32,
+        light_offset: f32,
         /// A `NORMALS_…`: the source of bricks' normals.
         normals: u32,
         /// 1 if there is a ground plane under the scene, else 0.
@@ -113,7 +113,7 @@ shared_struct! {
         cells: u32,
         /// An id that is shown as a color: 1 and the index of a sparse brick's word, or the Morton code of an
         /// octree's brick or of a node above bricks; else 0.
-        mark: u32,
+        id: u32,
         /// Zero.
         pad0: u32,
     }
@@ -159,7 +159,7 @@ shared_struct! {
         /// Samples along a tile's side.
         tile: u32,
         /// The code of 1.0.
-        quanta: u32,
+        max_code: u32,
         /// Zero.
         pad0: u32,
     }

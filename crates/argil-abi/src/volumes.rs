@@ -8,11 +8,11 @@ shared_struct! {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
-        range: f32,
+        band_width: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
         /// Edge of a voxel.
-        voxel: f32,
+        voxel_size: f32,
         /// Samples along x.
         size_x: u32,
         /// Samples along y.
@@ -28,7 +28,7 @@ shared_struct! {
         /// Units along z.
         grid_z: u32,
         /// The code of 1.0.
-        quanta: u32,
+        max_code: u32,
     }
 }
 
@@ -38,11 +38,11 @@ shared_struct! {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
-        range: f32,
+        band_width: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
         /// Edge of a voxel.
-        voxel: f32,
+        voxel_size: f32,
         /// Bricks along x.
         grid_x: u32,
         /// Bricks along y.
@@ -50,15 +50,15 @@ shared_struct! {
         /// Bricks along z.
         grid_z: u32,
         /// Voxels along a brick's side.
-        brick: u32,
+        brick_size_voxels: u32,
         /// Levels of nodes above the bricks.
         depth: u32,
         /// Number of Morton codes: 8 to the power of the depth.
         code_count: u32,
         /// A brick whose center is at most this far from the surface is kept.
-        reach: f32,
+        max_center_distance: f32,
         /// How much nearer to the surface a brick's samples can be than its center.
-        spread: f32,
+        sample_margin: f32,
     }
 }
 
@@ -99,13 +99,13 @@ shared_struct! {
         /// Minimum corner of the box.
         corner: [f32; 3],
         /// The distance that a stored 1.0 means.
-        range: f32,
+        band_width: f32,
         /// Lengths of the box's sides.
         extent: [f32; 3],
         /// Edge of a voxel.
-        voxel: f32,
+        voxel_size: f32,
         /// Reciprocals of the pool's samples along each axis.
-        per_texel: [f32; 3],
+        inv_pool_size: [f32; 3],
         /// How much a distance can change over a voxel's edge.
         slope: f32,
         /// Voxels of the box along x.
@@ -115,7 +115,7 @@ shared_struct! {
         /// Voxels of the box along z.
         size_z: u32,
         /// Voxels along a brick's side.
-        brick: u32,
+        brick_size_voxels: u32,
         /// The first voxel of the box along x.
         begin_x: i32,
         /// The first voxel of the box along y.
@@ -143,7 +143,7 @@ shared_struct! {
         /// Where blocks and cells are found.
         table: CellTable,
         /// The code of 1.0.
-        quanta: u32,
+        max_code: u32,
         /// Zero.
         pad0: u32,
         /// Zero.
@@ -159,7 +159,7 @@ shared_struct! {
         /// Minimum corner of the grid.
         corner: [f32; 3],
         /// Edge of a voxel.
-        voxel: f32,
+        voxel_size: f32,
         /// The first cell of the box along x.
         low_x: i32,
         /// The first cell of the box along y.
@@ -167,7 +167,7 @@ shared_struct! {
         /// The first cell of the box along z.
         low_z: i32,
         /// Voxels along a brick's side.
-        brick: u32,
+        brick_size_voxels: u32,
         /// The cell after the last of the box along x.
         high_x: i32,
         /// The cell after the last of the box along y.
@@ -175,11 +175,11 @@ shared_struct! {
         /// The cell after the last of the box along z.
         high_z: i32,
         /// 1 if there are no bricks outside the box.
-        is_cut: u32,
+        is_clipped: u32,
         /// Where blocks and cells are found.
         table: CellTable,
         /// A cell whose center is at most this far from the surface may have a brick: half of its diagonal.
-        reach: f32,
+        max_center_distance: f32,
         /// Half of a voxel's diagonal.
         half_diagonal: f32,
         /// The field's Lipschitz constant.

@@ -46,7 +46,7 @@ pub(crate) const VOLUME_WGSL: &str = "
 ";
 
 pub(crate) const TREE_WGSL: &str = "
-@group(0) @binding(BIND_NODES) var<storage, read> nodes: array<Node>;
+@group(0) @binding(BIND_NODES) var<storage, read> nodes: array<OctreeNode>;
 @group(0) @binding(BIND_TREE_WORDS) var<storage, read> tree_words: array<u32>;
 ";
 

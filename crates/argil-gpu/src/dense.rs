@@ -93,14 +93,14 @@ impl Upload for Dense {
 pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseUniform {
     DenseUniform {
         corner: lattice.corner.to_array(),
-        range: encoding.band_width(lattice, 0),
+        band_width: encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel_size,
+        voxel_size: lattice.voxel_size,
         size_x: lattice.size.x,
         size_y: lattice.size.y,
         size_z: lattice.size.z,
         levels,
-        quanta: encoding.format.max_code(),
+        max_code: encoding.format.max_code(),
         ..DenseUniform::default()
     }
 }

@@ -319,7 +319,7 @@ fn measures(
     let (words, units, side, codes) = match cut {
         ClipUpdate::Bricks(_, own) => {
             let words = bytemuck::bytes_of(*own).to_vec();
-            (words, own.capacity, own.brick, own.table.cells)
+            (words, own.capacity, own.brick_size_voxels, own.table.cells)
         }
         ClipUpdate::Dense(own) => {
             first += 0.5 * lattice.voxel_size;

@@ -174,13 +174,13 @@ fn octree_words(layout: &OctreeLayout) -> OctreeUniform {
     let lattice = &layout.voxel_grid;
     OctreeUniform {
         corner: lattice.corner.to_array(),
-        range: layout.encoding.band_width(lattice, 0),
+        band_width: layout.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel_size,
+        voxel_size: lattice.voxel_size,
         grid_x: layout.size_bricks.x,
         grid_y: layout.size_bricks.y,
         grid_z: layout.size_bricks.z,
-        brick: layout.brick_size_voxels,
+        brick_size_voxels: layout.brick_size_voxels,
         depth: layout.depth,
         code_count: layout.code_count(),
         ..OctreeUniform::default()

@@ -142,7 +142,7 @@ fn trace_bricks(
                 let hit = end(wave, ray, out);
                 if found.reached[i] != 0 {
                     hit.kind = kind_of(wave.side[ray]);
-                    hit.mark = 1 + wave.level[ray];
+                    hit.id = 1 + wave.level[ray];
                     // Where the box clips a solid, or there is no brick: toward the viewer.
                     let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
                     hit.normal_t = [x, y, z, wave.t[ray]];
@@ -236,7 +236,7 @@ fn intersect_near_rays(
             if lanes.hit[i] != 0 {
                 let hit = end(wave, ray, out);
                 hit.kind = kind_of(wave.side[ray]);
-                hit.mark = 1 + wave.level[ray];
+                hit.id = 1 + wave.level[ray];
                 let [x, y, z] = [0, 1, 2].map(|axis: usize| lanes.normal[axis][i]);
                 hit.normal_t = [x, y, z, lanes.t[i]];
                 wave.retire(ray);

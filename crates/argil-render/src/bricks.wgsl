@@ -3,7 +3,7 @@
 // GPU version of nudge_for in step.rs.
 fn nudge_for(u: vec3<f32>) -> f32 {
     let far = max(abs(u.x), max(abs(u.y), abs(u.z)));
-    return select(0.0, NUDGE_POSITION * far * volume.voxel, HAS_LEVELS);
+    return select(0.0, NUDGE_POSITION * far * volume.voxel_size, HAS_LEVELS);
 }
 
 // The location of a point: its cell, the cell's word, and the position in the cell in voxels.
@@ -15,7 +15,7 @@ struct Located {
 
 // Converts a point to voxels from the volume's corner.
 fn in_voxels(p: vec3<f32>) -> vec3<f32> {
-    return (p - volume.corner) * (1.0 / volume.voxel);
+    return (p - volume.corner) * (1.0 / volume.voxel_size);
 }
 
 // The box in voxels, and its first and last cells.
@@ -30,7 +30,7 @@ struct Held {
 fn held_box() -> Held {
     let begin = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
     let size = vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z));
-    return Held(vec3<f32>(begin), vec3<f32>(begin + size), vec3<f32>(low_cell()), vec3<f32>(high_cell() - 1), 1.0 / f32(volume.brick));
+    return Held(vec3<f32>(begin), vec3<f32>(begin + size), vec3<f32>(low_cell()), vec3<f32>(high_cell() - 1), 1.0 / f32(volume.brick_size_voxels));
 }
 
 fn held_voxels(u: vec3<f32>) -> vec3<f32> {
@@ -49,7 +49,7 @@ fn cell_of_voxels(u: vec3<f32>) -> vec3<f32> {
 }
 
 fn inner_of(u: vec3<f32>, cell: vec3<f32>) -> vec3<f32> {
-    return clamp(held_voxels(u) - cell * f32(volume.brick), vec3(0.0), vec3(f32(volume.brick)));
+    return clamp(held_voxels(u) - cell * f32(volume.brick_size_voxels), vec3(0.0), vec3(f32(volume.brick_size_voxels)));
 }
 
 fn locate(u: vec3<f32>) -> Located {
@@ -59,8 +59,8 @@ fn locate(u: vec3<f32>) -> Located {
 
 // Interpolates the distances of a brick.
 fn brick_distance(origin: vec3<f32>, inner: vec3<f32>) -> f32 {
-    let uvw = (origin + inner) * volume.per_texel;
-    return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.range;
+    let uvw = (origin + inner) * volume.inv_pool_size;
+    return textureSampleLevel(stored, linear, uvw, 0.0).x * volume.band_width;
 }
 
 // Returns a brick's first sample in texels, for filtering.
@@ -71,7 +71,7 @@ fn filter_origin(word: u32) -> vec3<f32> {
 // GPU version of BrickSampler::away: a signed lower bound on the distance, at a position in a cell without a brick.
 fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
-    let p = inner - 0.5 * f32(volume.brick);
+    let p = inner - 0.5 * f32(volume.brick_size_voxels);
     let left = max(abs(center) - volume.slope * sqrt(p.x * p.x + p.y * p.y + p.z * p.z), 1e-30);
     return select(left, -left, center < 0.0);
 }
@@ -82,11 +82,11 @@ fn empty_distance_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     if !HAS_LEVELS || slot >= FAR_SLOTS || slot < 2u {
         return plain;
     }
-    let edge = f32(far_cells(slot) * volume.brick);
+    let edge = f32(far_cells(slot) * volume.brick_size_voxels);
     let begin = floor(u / edge) * edge;
     let low = u - begin;
     let high = begin + edge - u;
-    let way = max(min(min(min(low.x, low.y), low.z), min(min(high.x, high.y), high.z)), 0.0) * volume.voxel;
+    let way = max(min(min(min(low.x, low.y), low.z), min(min(high.x, high.y), high.z)), 0.0) * volume.voxel_size;
     let center = center_of(word);
     return select(center + way, center - way, center < 0.0);
 }
@@ -101,14 +101,14 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
         return empty_distance_in(index / 64u, u, away(at.word, at.inner), at.word);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
-    let length = max(abs(d) - 0.8660254 * volume.voxel, 0.0);
+    let length = max(abs(d) - 0.8660254 * volume.voxel_size, 0.0);
     return select(length, -length, d < 0.0);
 }
 
 // GPU version of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
-    let max_stored = max(volume.range - BRICK_MARGIN_VOXELS * volume.voxel, 0.0);
-    return min(0.5 * frame.pixel * t, max_stored);
+    let max_stored = max(volume.band_width - BRICK_MARGIN_VOXELS * volume.voxel_size, 0.0);
+    return min(0.5 * frame.pixel_width * t, max_stored);
 }
 
 fn way_out(d: f32, f: f32) -> f32 {

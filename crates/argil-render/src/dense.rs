@@ -161,7 +161,7 @@ fn step<T: Texel>(
         let signed = d[i] * side[i];
         let above = if d[i] > 0.0 { d[i] } else { 0.0 };
         let gap = if is_finest { signed } else { above };
-        let arrives = is_finest & ((gap < epsilon) | (is_last & (gap < frame.pixel * t[i])));
+        let arrives = is_finest & ((gap < epsilon) | (is_last & (gap < frame.pixel_width * t[i])));
         t[i] += gap * scale;
         gaps[i] = gap;
         found.reached[i] = u8::from(arrives);

@@ -16,7 +16,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     while span.x <= span.y && steps < frame.max_steps {
         steps++;
         let d = stored_distance(ray.origin + ray.direction * walk.t, level);
-        var range = volume.range * f32(1u << level);
+        var range = volume.band_width * f32(1u << level);
         if level == 0u {
             walk_step(&walk, span.x, d, steps == frame.max_steps);
             if walk.reached {

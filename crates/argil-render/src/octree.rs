@@ -101,7 +101,7 @@ impl<T: Texel> TraceVolume for OctreeRays<'_, T> {
                 if shows_boxes {
                     let code = morton(cell.as_uvec3());
                     let is_node = frame.mode == abi::MODE_NODES;
-                    hit.mark = 1 + if is_node { code >> 3 } else { code };
+                    hit.id = 1 + if is_node { code >> 3 } else { code };
                     hit.kind = HIT_OUTSIDE;
                     hit.normal_t = side_normal(entered, step, -d, walk.t);
                     return hit;

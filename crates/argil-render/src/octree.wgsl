@@ -57,7 +57,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = primary_ray(id.x, y);
     let span = box_span(ray);
-    let edge = f32(volume.brick) * volume.voxel;
+    let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
     let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
 
     // Set up the traversal: the first cell, and where the ray meets the next plane of each axis.

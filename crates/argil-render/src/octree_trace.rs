@@ -51,7 +51,7 @@ impl SurfaceStep {
         } else {
             d * self.side
         };
-        let reached = gap < frame.epsilon || (is_last && gap < frame.pixel * self.t);
+        let reached = gap < frame.epsilon || (is_last && gap < frame.pixel_width * self.t);
         self.t += gap * frame.inv_lipschitz;
         (gap, reached)
     }
@@ -80,7 +80,7 @@ pub(crate) fn trace_volume(
             Some((near, far)) => volume.march(frame, ray, near, far),
             None => Hit::default(),
         };
-        if hit.kind != abi::HIT_NONE && hit.mark == 0 {
+        if hit.kind != abi::HIT_NONE && hit.id == 0 {
             let [x, y, z] = normal(frame, ray, hit, volume).to_array();
             hit.normal_t = [x, y, z, hit.normal_t[3]];
         }

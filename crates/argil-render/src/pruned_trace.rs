@@ -111,7 +111,7 @@ fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
 
 /// Returns how far the rays of a block of pixels are from its middle one at length 1, at most, and a little more.
 fn slope_of(frame: &FrameUniform, side: u32) -> f32 {
-    0.708 * side as f32 * frame.pixel
+    0.708 * side as f32 * frame.pixel_width
 }
 
 impl Slabs {

@@ -169,10 +169,10 @@ pub fn frame_uniforms(
                 far: 60.0 * radius,
                 depth_near: focus.distance(camera.eye),
                 depth_far,
-                pixel: 2.0 * half_height / height as f32,
+                pixel_width: 2.0 * half_height / height as f32,
                 first_step: 0,
                 step_count: settings.max_steps,
-                lift,
+                light_offset: lift,
                 normals: match settings.normals {
                     NormalSource::Voxel => abi::NORMALS_VOXEL,
                     NormalSource::Smooth => abi::NORMALS_SMOOTH,

@@ -17,7 +17,7 @@ fn resolve_hits(@builtin(global_invocation_id) id: vec3<u32>) {
     if kind != HIT_NONE {
         t = hit.normal_t.w;
         normal = hit.normal_t.xyz;
-        if hit.mark == 0u {
+        if hit.id == 0u {
             normal = surface_normal(hit, ray.origin + ray.direction * t);
         }
         // If all differences are equal, the normal faces the viewer.
@@ -33,5 +33,5 @@ fn resolve_hits(@builtin(global_invocation_id) id: vec3<u32>) {
             t = g;
         }
     }
-    hits[at] = Hit(vec4(normal, t), kind, hit.steps, 1.0, 0.0, hit.descents, hit.cells, hit.mark, 0u);
+    hits[at] = Hit(vec4(normal, t), kind, hit.steps, 1.0, 0.0, hit.descents, hit.cells, hit.id, 0u);
 }

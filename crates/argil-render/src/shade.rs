@@ -100,7 +100,7 @@ pub(crate) fn shade_tile(
                 Vec3::splat(depth(frame, hit.normal_t[3]))
             }
             abi::MODE_HEAT => heat(hit.steps),
-            abi::MODE_BRICKS | abi::MODE_NODES if hit.mark != 0 => id_color(hit),
+            abi::MODE_BRICKS | abi::MODE_NODES if hit.id != 0 => id_color(hit),
             abi::MODE_SHADED => {
                 let ray = primary_ray(frame, x, y);
                 let light = if hit.kind == abi::HIT_NONE {
@@ -223,7 +223,7 @@ impl Shading {
         wave.clear();
         for (k, &i) in self.lit.iter().enumerate() {
             let (p, n) = surface(i);
-            let origin = p + n * frame.lift;
+            let origin = p + n * frame.light_offset;
             match (Ray {
                 origin,
                 direction: sun,
@@ -407,7 +407,7 @@ fn depth(frame: &FrameUniform, t: f32) -> f32 {
 
 /// Returns the color of an id, darker on sides that face x and z.
 fn id_color(hit: &Hit) -> Vec3 {
-    let mixed = hit.mark.wrapping_mul(2_654_435_761);
+    let mixed = hit.id.wrapping_mul(2_654_435_761);
     let channel = |shift: u32| 0.25 + 0.75 * (mixed >> shift & 0xff) as f32 / 255.0;
     let [nx, ny, nz, _] = hit.normal_t;
     let light = 0.55 * nx.abs() + ny.abs() + 0.75 * nz.abs();

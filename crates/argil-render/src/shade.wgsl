@@ -37,7 +37,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
     let epsilon = frame.epsilon;
-    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.lift, frame.sun);
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.light_offset, frame.sun);
     let span = box_span(ray);
     var share = hit.sun_share;
     var t = hit.sun_t;
@@ -131,7 +131,7 @@ fn tone(c: vec3<f32>) -> vec3<f32> {
 }
 
 fn marked(hit: Hit) -> vec3<f32> {
-    let mixed = hit.mark * 2654435761u;
+    let mixed = hit.id * 2654435761u;
     let bytes = vec3<f32>((vec3(mixed) >> vec3(8u, 16u, 24u)) & vec3(255u));
     let n = abs(hit.normal_t.xyz);
     return (vec3(0.25) + 0.75 * bytes / 255.0) * (0.55 * n.x + n.y + 0.75 * n.z);
@@ -207,7 +207,7 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
         case MODE_BRICKS, MODE_NODES: {
-            if hit.mark != 0u {
+            if hit.id != 0u {
                 color = marked(hit);
             }
         }

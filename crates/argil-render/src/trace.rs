@@ -97,7 +97,7 @@ pub(crate) fn trace_tile(
                 for i in 0..d.len() {
                     let gap = d[i] * side[i];
                     // A ray that grazes the surface may run out of steps within a pixel of it.
-                    let arrives = (gap < epsilon) | (spent & (gap < frame.pixel * t[i]));
+                    let arrives = (gap < epsilon) | (spent & (gap < frame.pixel_width * t[i]));
                     t[i] += gap * step_scale;
                     found.reached[i] = u8::from(arrives);
                     found.ended[i] =

@@ -38,7 +38,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         let gap = d * side;
         let spent = steps >= frame.max_steps;
-        let reached = gap < epsilon || (spent && gap < frame.pixel * t);
+        let reached = gap < epsilon || (spent && gap < frame.pixel_width * t);
         t += gap * frame.inv_lipschitz;
         if reached {
             kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);

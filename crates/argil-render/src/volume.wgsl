@@ -2,7 +2,7 @@
 
 fn stored_distance(p: vec3<f32>, level: u32) -> f32 {
     let uvw = (p - volume.corner) / volume.extent;
-    return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.range * f32(1u << level));
+    return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.band_width * f32(1u << level));
 }
 
 struct Walk {
@@ -21,7 +21,7 @@ fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
     // A ray that enters the volume through a clipped solid has hit there.
     let gap = select(d * (*walk).side, 0.0, is_first && (*walk).side > 0.0 && d < 0.0);
     (*walk).gap = gap;
-    (*walk).reached = gap < frame.epsilon || (is_last && gap < frame.pixel * (*walk).t);
+    (*walk).reached = gap < frame.epsilon || (is_last && gap < frame.pixel_width * (*walk).t);
     (*walk).t += gap * frame.inv_lipschitz;
 }
 

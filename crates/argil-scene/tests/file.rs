@@ -248,7 +248,7 @@ fn keys_of_earlier_versions_are_read() {
         {"shape": {"type": "box_frame", "half_size": [1, 1, 1], "half_thickness": 0.1}},
         {"shape": {"type": "cut_hollow_sphere", "radius": 1, "cut": 0.1, "half_thickness": 0.1}},
         {"shape": {"type": "sphere", "radius": 1}, "modifiers": [{"type": "shell", "half_thickness": 0.1}]},
-        {"shape": {"type": "extrusion", "profile": {"start": [0, 0], "segments": [{"to": [1, 0]}, {"to": [0, 1]}]}, "half_height": 1}}]}"#;
+        {"shape": {"type": "extrusion", "outline": {"start": [0, 0], "segments": [{"to": [1, 0]}, {"to": [0, 1]}]}, "half_depth": 1}}]}"#;
     let earlier = now
         .replace("look_at", "look")
         .replace("bounds", "frame")

@@ -153,7 +153,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
             .classify_cells(instrs, centers, half_diagonal, d);
 
         // The distance that is stored as 1.0, with the bias.
-        let range = self.fill.quanta as f32 / self.fill.spacing_scale[3];
+        let range = self.fill.max_code as f32 / self.fill.spacing_scale[3];
         let around = Aabb::around(centers.iter().copied()).grown(half_diagonal);
         let away = 1.000_01
             * (range + self.fill.first_bias[3] + self.program.lipschitz() * half_diagonal)

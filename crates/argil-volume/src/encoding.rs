@@ -107,7 +107,7 @@ impl Encoding {
             size_x: grid.size.x,
             size_y: grid.size.y,
             size_z: grid.size.z,
-            quanta,
+            max_code: quanta,
             ..FillUniform::default()
         }
     }
@@ -173,7 +173,7 @@ fn encode_all<T: Texel>(d: &[f32], fill: &FillUniform, out: &mut [T]) {
     let (bias, scale, quanta) = (
         fill.first_bias[3],
         fill.spacing_scale[3],
-        fill.quanta as f32,
+        fill.max_code as f32,
     );
     if bias == 0.0 {
         for (out, &d) in out.iter_mut().zip(d) {

@@ -4,7 +4,7 @@ override TILE_SIDE: u32 = 16u;
 
 // GPU version of integer_of in encoding.rs. The stored value is the integer over the quanta.
 fn encode(d: f32) -> vec4<f32> {
-    let quanta = f32(fill.quanta);
+    let quanta = f32(fill.max_code);
     let bias = fill.first_bias.w;
     let scale = fill.spacing_scale.w;
     let is_signed = bias == 0.0;

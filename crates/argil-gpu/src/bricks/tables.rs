@@ -98,15 +98,15 @@ pub(super) fn march_words(
     let [low, high] = [measures.first_cell(), measures.end_cell()];
     BrickUniform {
         corner: lattice.corner.to_array(),
-        range: measures.encoding.band_width(lattice, 0),
+        band_width: measures.encoding.band_width(lattice, 0),
         extent: lattice.extent().to_array(),
-        voxel: lattice.voxel_size,
-        per_texel: pool.map(|n| 1.0 / (n * (measures.brick_size_voxels + 1)) as f32),
+        voxel_size: lattice.voxel_size,
+        inv_pool_size: pool.map(|n| 1.0 / (n * (measures.brick_size_voxels + 1)) as f32),
         slope: 1.000_01 * lipschitz * lattice.voxel_size,
         size_x: lattice.size.x,
         size_y: lattice.size.y,
         size_z: lattice.size.z,
-        brick: measures.brick_size_voxels,
+        brick_size_voxels: measures.brick_size_voxels,
         begin_x: lattice.begin.x,
         begin_y: lattice.begin.y,
         begin_z: lattice.begin.z,
@@ -120,7 +120,7 @@ pub(super) fn march_words(
         high_z: high.z,
         pool_y: pool[1],
         table: cells.described(),
-        quanta: measures.encoding.format.max_code(),
+        max_code: measures.encoding.format.max_code(),
         ..BrickUniform::default()
     }
 }

@@ -43,7 +43,7 @@ fn last_of(unit: u32) -> vec3<u32> {
 
 // Returns a stored distance in quanta.
 fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
-    return round(textureLoad(stored, brick_origin(brick_word(unit)) + place, 0).x * f32(volume.quanta));
+    return round(textureLoad(stored, brick_origin(brick_word(unit)) + place, 0).x * f32(volume.max_code));
 }
 
 // Returns a stored distance that may be in a neighbor, and whether it exists.

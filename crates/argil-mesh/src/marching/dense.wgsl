@@ -37,7 +37,7 @@ fn last_of(unit: u32) -> vec3<u32> {
 
 // Returns a stored distance in quanta.
 fn stored_at(unit: u32, place: vec3<u32>) -> f32 {
-    return round(textureLoad(stored, texel_of(unit) + place, 0).x * f32(volume.quanta));
+    return round(textureLoad(stored, texel_of(unit) + place, 0).x * f32(volume.max_code));
 }
 
 // Returns a stored distance that may be outside the unit, and whether it exists.
@@ -47,5 +47,5 @@ fn stored_beyond(unit: u32, place: vec3<i32>) -> vec2<f32> {
     if any(at < vec3(0)) || any(at >= size) {
         return vec2(0.0);
     }
-    return vec2(round(textureLoad(stored, at, 0).x * f32(volume.quanta)), 1.0);
+    return vec2(round(textureLoad(stored, at, 0).x * f32(volume.max_code)), 1.0);
 }

@@ -48,7 +48,7 @@ impl Cones {
         out: &mut [Hit],
     ) {
         self.start(frame, tile, starts);
-        let slope = CONE_RADIUS * frame.pixel;
+        let slope = CONE_RADIUS * frame.pixel_width;
         let (voxel, bounds) = (bricks.voxel(), bricks.bounds());
         let eye = Vec3::new(frame.eye[0], frame.eye[1], frame.eye[2]);
         let starts_outside = !bounds_of(frame).contains(eye);

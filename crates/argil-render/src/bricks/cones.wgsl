@@ -36,8 +36,8 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let direction = normalize(frame.forward + frame.right * u + frame.up * v);
     let eye = frame.eye;
     let starts_outside = any(eye < frame.box_min) || any(eye > frame.box_max);
-    let slope = CONE_RADIUS * frame.pixel;
-    let voxel = volume.voxel;
+    let slope = CONE_RADIUS * frame.pixel_width;
+    let voxel = volume.voxel_size;
     let begin_voxel = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
     let box_min = volume.corner + voxel * vec3<f32>(begin_voxel);
     let box_max = volume.corner + voxel * vec3<f32>(begin_voxel + vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z)));

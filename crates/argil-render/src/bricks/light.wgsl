@@ -4,7 +4,7 @@
 fn at_center(cell: vec3<i32>) -> f32 {
     let word = word_at(word_index(cell));
     let in_brick = is_brick(word);
-    let stored_d = brick_distance(filter_origin(select(0u, word, in_brick)), vec3(f32(volume.brick / 2u)));
+    let stored_d = brick_distance(filter_origin(select(0u, word, in_brick)), vec3(f32(volume.brick_size_voxels / 2u)));
     return select(center_of(word), stored_d, in_brick);
 }
 
@@ -12,13 +12,13 @@ fn at_center(cell: vec3<i32>) -> f32 {
 fn light_distance(p: vec3<f32>) -> f32 {
     let own = in_voxels(p);
     let u = held_voxels(own);
-    let beside = distance(own, u) * volume.voxel;
+    let beside = distance(own, u) * volume.voxel_size;
     let at = locate(u);
     let in_brick = is_brick(at.word);
     let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
     let low = vec3<f32>(low_cell());
     let last = vec3<f32>(high_cell() - 1);
-    let place = clamp(u * (1.0 / f32(volume.brick)) - 0.5, low, last);
+    let place = clamp(u * (1.0 / f32(volume.brick_size_voxels)) - 0.5, low, last);
     let begin = min(floor(place), max(last - 1.0, low));
     let share = place - begin;
     var total = 0.0;
@@ -34,7 +34,7 @@ fn light_distance(p: vec3<f32>) -> f32 {
 // Returns the position of a material's sample in voxels.
 fn material_place(nth: vec3<u32>) -> vec3<u32> {
     let steps = MATERIAL_SIDE - 1u;
-    return (2u * nth * volume.brick + steps) / (2u * steps);
+    return (2u * nth * volume.brick_size_voxels + steps) / (2u * steps);
 }
 
 // GPU version of Bricks::material. The field provides what bricks do not store.
@@ -49,11 +49,11 @@ fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
         return materials[min(own, arrayLength(&materials) - 1u)];
     }
     let steps = f32(MATERIAL_SIDE - 1u);
-    let place = clamp(at.inner * (steps / f32(volume.brick)), vec3(0.0), vec3(steps));
+    let place = clamp(at.inner * (steps / f32(volume.brick_size_voxels)), vec3(0.0), vec3(steps));
     let begin = min(floor(place), vec3(steps - 1.0));
     let share = place - begin;
     let block = (own & ~BRICK_MIXED) * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
-    let per_voxel = volume.range / volume.voxel;
+    let per_voxel = volume.band_width / volume.voxel_size;
     var total = GpuMaterial(vec4(0.0), vec4(0.0));
     var sum = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {

@@ -174,7 +174,7 @@ fn step<T: Texel>(
     let n = range.len();
     let layout = sampler.layout();
     let voxel = layout.voxel_grid.voxel_size;
-    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel);
+    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel_width);
     let widest = widest_footprint(sampler);
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;

@@ -15,9 +15,9 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let span = box_span(ray);
     let begin = live.blocks[block_place].begin;
     let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
-    let voxel = volume.voxel;
+    let voxel = volume.voxel_size;
     let scale = frame.inv_lipschitz;
-    let brick = f32(volume.brick);
+    let brick = f32(volume.brick_size_voxels);
     let held = held_box();
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
     let inv_direction = voxel / d;

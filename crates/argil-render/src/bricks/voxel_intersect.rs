@@ -92,7 +92,7 @@ fn roots<T: Texel>(
     let voxel = sampler.layout().voxel_grid.voxel_size;
     let per_voxel = 1.0 / voxel;
     let quantum = sampler.quantum();
-    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel);
+    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel_width);
     let widest = super::step::widest_footprint(sampler);
     for i in 0..n {
         let s = corners.integers::<T>(i);

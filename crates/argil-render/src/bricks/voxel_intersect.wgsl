@@ -8,9 +8,9 @@ struct Intersection {
 // Finds the first root of the cubic along the ray in its voxel, where `gap` is the distance to the surface. Four
 // values determine the cubic, because filtering interpolates the same cubic.
 fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Intersection {
-    let voxel = min(floor(inner), vec3(f32(volume.brick) - 1.0));
+    let voxel = min(floor(inner), vec3(f32(volume.brick_size_voxels) - 1.0));
     let p = inner - voxel;
-    let way = ray.direction * (1.0 / volume.voxel);
+    let way = ray.direction * (1.0 / volume.voxel_size);
     let leave = max(min(way_out(way.x, p.x), min(way_out(way.y, p.y), way_out(way.z, p.z))), 0.0);
     let third = way * (leave * (1.0 / 3.0));
     let f1 = brick_distance(origin, inner + third) * side;
@@ -67,7 +67,7 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inn
     }
     if !(starts_below || is_crossed || is_close) {
         let u = in_voxels(ray.origin + ray.direction * t);
-        return Intersection(false, t + leave + NUDGE_VOXELS * volume.voxel + NUDGE_RELATIVE * t + nudge_for(u));
+        return Intersection(false, t + leave + NUDGE_VOXELS * volume.voxel_size + NUDGE_RELATIVE * t + nudge_for(u));
     }
     return Intersection(true, t + share * leave);
 }
@@ -80,7 +80,7 @@ fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
 // well. Reads the neighbor's brick or, without one, the brick's end. Avoids branches, because software devices
 // execute both sides.
 fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
-    let side = f32(volume.brick);
+    let side = f32(volume.brick_size_voxels);
     var place = at.inner;
     place[axis] += by;
     let over = place[axis] - clamp(place[axis], 0.0, side);
@@ -101,7 +101,7 @@ fn change_along(at: Located, axis: u32) -> f32 {
     var high = 0.5;
     if frame.normals != NORMALS_SMOOTH {
         var inner = at.inner;
-        let begin = min(floor(inner[axis]), f32(volume.brick) - 1.0);
+        let begin = min(floor(inner[axis]), f32(volume.brick_size_voxels) - 1.0);
         low = begin - inner[axis];
         high = begin + 1.0 - inner[axis];
     }

@@ -250,7 +250,7 @@ fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes)
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut RayLanes) -> bool {
     let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
-    let (pixel, max_steps) = (frame.pixel, frame.max_steps);
+    let (pixel, max_steps) = (frame.pixel_width, frame.max_steps);
     let mut any = 0u32;
     for k in 0..RAYS / STRETCH {
         let goes = &lanes.goes.as_chunks::<STRETCH>().0[k];

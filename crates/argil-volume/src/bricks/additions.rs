@@ -121,7 +121,7 @@ impl Bricks {
                 let stored = pool[word as usize * samples + middle].code();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
                 // Distances beyond the band are stored as its end.
-                let most = if stored.abs() < fill.quanta as f32 {
+                let most = if stored.abs() < fill.max_code as f32 {
                     (stored.abs() + 1.0) / scale
                 } else {
                     bounds.unclear_length(radius)

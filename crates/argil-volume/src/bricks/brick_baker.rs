@@ -193,7 +193,7 @@ impl<'a> BrickBaker<'a> {
         }
         let least = brick.iter().map(|texel| texel.code().abs());
         let least = least.fold(f32::INFINITY, f32::min);
-        if least < self.fill.quanta as f32 {
+        if least < self.fill.max_code as f32 {
             (least + 1.0) / self.fill.spacing_scale[3]
         } else {
             f32::INFINITY

@@ -126,9 +126,9 @@ fn free_brick(word: u32) {
 
 // Prunes a list to `side` cells from a cell on.
 fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u32> {
-    let edge = f32(volume.brick) * volume.voxel;
+    let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
     let center = volume.corner + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
-    let change = 1.00001 * volume.lipschitz * volume.reach * f32(side);
+    let change = 1.00001 * volume.lipschitz * volume.max_center_distance * f32(side);
     return pruned(center, whole, 2.0 * (change + prune.slack + jump));
 }
 

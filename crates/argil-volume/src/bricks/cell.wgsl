@@ -80,5 +80,5 @@ fn brick_word(brick: u32) -> u32 {
 
 // Returns a brick's first texel in the pool.
 fn brick_origin(word: u32) -> vec3<u32> {
-    return (volume.brick + 1u) * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u);
+    return (volume.brick_size_voxels + 1u) * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u);
 }

@@ -4,9 +4,9 @@
 var<private> own: array<f32, 20>;
 
 fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
-    let side = volume.brick + 1u;
+    let side = volume.brick_size_voxels + 1u;
     let place = vec3(i % side, i / side % side, i / side / side);
-    return volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + vec3<f32>(place));
+    return volume.corner + volume.voxel_size * (vec3<f32>(cell * i32(volume.brick_size_voxels)) + vec3<f32>(place));
 }
 
 // One brick per group, unless it cannot contain a surface.
@@ -16,7 +16,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     let at = cell_index_of(near.x);
     list = list_range_of(fill.first_layer + id.x);
     let cell = cell_at(at);
-    let side = volume.brick + 1u;
+    let side = volume.brick_size_voxels + 1u;
     let samples = side * side * side;
     if local == 0u {
         atomicStore(&nearest, 0xffffffffu);

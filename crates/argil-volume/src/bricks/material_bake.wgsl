@@ -11,16 +11,16 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let exists = is_brick(word);
     let is_place = exists && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
     let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
-    let inner = vec3<f32>(place) * (f32(volume.brick) / f32(MATERIAL_SIDE - 1u));
+    let inner = vec3<f32>(place) * (f32(volume.brick_size_voxels) / f32(MATERIAL_SIDE - 1u));
     var mine = vec2(0u);
     var is_near = false;
     var is_resolved = true;
     if is_place {
-        let d = field_surface(volume.corner + volume.voxel * (vec3<f32>(cell * i32(volume.brick)) + inner));
+        let d = field_surface(volume.corner + volume.voxel_size * (vec3<f32>(cell * i32(volume.brick_size_voxels)) + inner));
         mine = pack_material(field_material);
         // Samples farther from the surface than the diagonal between samples do not count.
-        let step = f32(volume.brick) / f32(MATERIAL_SIDE - 1u);
-        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel;
+        let step = f32(volume.brick_size_voxels) / f32(MATERIAL_SIDE - 1u);
+        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel_size;
         is_near = abs(d) <= reach;
         is_resolved = abs(d) <= MATERIAL_OWN_RATIO * reach;
     }

@@ -18,7 +18,7 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
 fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool {
     for (var i = 0u; i < 64u; i++) {
         let d = field_distance(corner + (vec3<f32>(inner_cell(i)) + 0.5) * (edge / 4.0));
-        if !is_clear(d, bounds, volume.reach / 4.0) {
+        if !is_clear(d, bounds, volume.max_center_distance / 4.0) {
             return false;
         }
     }
@@ -36,8 +36,8 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let at = volume.table.words_at + index;
     let first = first_cell(index / 64u);
     let cell = first + inner_cell(local);
-    let edge = f32(volume.brick) * volume.voxel;
-    if volume.is_cut != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
+    let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
+    if volume.is_clipped != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
         cells[at] = empty_word(0.0);
         return;
     }
@@ -45,9 +45,9 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
     // If the brick of a cell near the surface is dropped, this word remains.
     let bounds = bounds_of(nth);
-    var is_near = !is_clear(d, bounds, volume.reach);
+    var is_near = !is_clear(d, bounds, volume.max_center_distance);
     // Only jumps prevent that the cell is empty.
-    if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.reach {
+    if is_near && bounds.gap <= 0.0 && plain_radius(min(abs(d), volume.far), bounds) > volume.max_center_distance {
         is_near = !is_clear_in_parts(volume.corner + vec3<f32>(cell) * edge, edge, bounds);
     }
     let before = cells[at];

@@ -17,7 +17,7 @@ var<workgroup> material_after: u32;
 @compute @workgroup_size(64)
 fn repack(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let block = id.x + count.x * id.y;
-    let side = volume.brick + 1u;
+    let side = volume.brick_size_voxels + 1u;
     let samples = side * side * side;
     for (var i = 0u; i < 64u; i++) {
         let at = block * 64u + i;

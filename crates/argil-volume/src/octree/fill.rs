@@ -29,8 +29,8 @@ pub(super) fn bricks<T: Texel>(
 /// them, and at least one code step, so that the sign survives.
 fn vacant(words: &OctreeUniform, fill: &FillUniform, away: f32) -> i32 {
     let low = |a: f32, b: f32| if b < a { b } else { a };
-    let magnitude = away.abs() - words.spread;
-    let quanta = fill.quanta as f32;
+    let magnitude = away.abs() - words.sample_margin;
+    let quanta = fill.max_code as f32;
     let integer = (low(magnitude * fill.spacing_scale[3], quanta).floor() as i32).max(1);
     if away < 0.0 { -integer } else { integer }
 }
@@ -42,12 +42,12 @@ mod tests {
     #[test]
     fn vacant_cells_keep_their_sign_and_never_exceed_the_distance() {
         let words = OctreeUniform {
-            spread: 0.5,
+            sample_margin: 0.5,
             ..OctreeUniform::default()
         };
         let fill = FillUniform {
             spacing_scale: [1.0, 1.0, 1.0, 127.0],
-            quanta: 127,
+            max_code: 127,
             ..FillUniform::default()
         };
         let at = |away| vacant(&words, &fill, away);

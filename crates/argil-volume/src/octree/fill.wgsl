@@ -14,12 +14,12 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn fill_vacant(@builtin(workgroup_id) cell: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let away = centers[morton(cell)];
-    if abs(away) <= volume.reach {
+    if abs(away) <= volume.max_center_distance {
         return;
     }
-    let magnitude = max(floor(min((abs(away) - volume.spread) * fill.spacing_scale.w, f32(fill.quanta))), 1.0);
+    let magnitude = max(floor(min((abs(away) - volume.sample_margin) * fill.spacing_scale.w, f32(fill.max_code))), 1.0);
     let integer = select(magnitude, -magnitude, away < 0.0);
-    let stored = vec4(integer / f32(fill.quanta), 0.0, 0.0, 0.0);
+    let stored = vec4(integer / f32(fill.max_code), 0.0, 0.0, 0.0);
     let corner = cell * fill.tile;
     for (var y = local.y; y < fill.tile; y += TILE_SIDE) {
         for (var x = local.x; x < fill.tile; x += TILE_SIDE) {

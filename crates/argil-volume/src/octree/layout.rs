@@ -166,22 +166,22 @@ impl OctreeLayout {
         let brick = self.brick_size_voxels as f32;
         OctreeUniform {
             corner: lattice.corner.to_array(),
-            range,
+            band_width: range,
             extent: lattice.extent().to_array(),
-            voxel: lattice.voxel_size,
+            voxel_size: lattice.voxel_size,
             grid_x: self.size_bricks.x,
             grid_y: self.size_bricks.y,
             grid_z: self.size_bricks.z,
-            brick: self.brick_size_voxels,
+            brick_size_voxels: self.brick_size_voxels,
             depth: self.depth,
             code_count: self.code_count(),
-            reach: match keep {
+            max_center_distance: match keep {
                 BrickTest::Conservative => {
                     program.distance_threshold(half_diagonal(brick + 1.0), region)
                 }
                 BrickTest::CenterInBand => range,
             },
-            spread: lipschitz * half_diagonal(brick - 1.0) + slack,
+            sample_margin: lipschitz * half_diagonal(brick - 1.0) + slack,
         }
     }
 }

@@ -17,7 +17,7 @@ pub struct BrickSelection {
 impl BrickSelection {
     /// Evaluates the centers of all cells in Morton order, and keeps those near enough.
     pub fn of(program: &Program, layout: &OctreeLayout, keep: BrickTest) -> Self {
-        let reach = layout.uniform(program, keep).reach;
+        let reach = layout.uniform(program, keep).max_center_distance;
         let mut centers = vec![0.0; layout.code_count() as usize];
         let is_kept =
             |code: u32, d: f32| layout.contains_voxels(morton_cell(code)) && d.abs() <= reach;

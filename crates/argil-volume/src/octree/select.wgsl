@@ -11,10 +11,10 @@ fn measure_cell(code: u32) -> bool {
     if code >= volume.code_count || !cell_is_held(cell) {
         return false;
     }
-    let edge = f32(volume.brick) * volume.voxel;
+    let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
     let d = field_distance(volume.corner + (vec3<f32>(cell) + 0.5) * edge);
     centers[code] = d;
-    return abs(d) <= volume.reach;
+    return abs(d) <= volume.max_center_distance;
 }
 
 // One Morton code per thread: one bit per brick, in Morton order.
