@@ -23,7 +23,7 @@ use struson::reader::{JsonReader, JsonStreamReader, ReaderError, ReaderSettings}
 #[non_exhaustive]
 pub enum ImportError {
     /// The file cannot be opened or read.
-    #[error("{path}")]
+    #[error("cannot read {path}")]
     Io {
         /// Path of the file.
         path: PathBuf,

@@ -27,7 +27,7 @@ struct JournalHead {
 #[non_exhaustive]
 pub enum JournalError {
     /// The file cannot be written or read.
-    #[error("{path}")]
+    #[error("cannot read or write {path}")]
     Io {
         /// Path of the file.
         path: PathBuf,

@@ -93,7 +93,7 @@ pub enum VolumeFileError {
         blocks: u64,
     },
     /// The file cannot be written.
-    #[error("{path}")]
+    #[error("cannot write {path}")]
     Write {
         /// Path of the file.
         path: PathBuf,

@@ -114,7 +114,7 @@ impl fmt::Display for Section {
 #[non_exhaustive]
 pub enum VolumeError {
     /// The file cannot be opened or read.
-    #[error("{path}")]
+    #[error("cannot read {path}")]
     Io {
         /// Path of the file.
         path: PathBuf,
