@@ -4,7 +4,7 @@
 //! * a small edit of the trees at 1024³ against the bake;
 //! * the median and the 99th of a hundred over a session of a thousand edits, and the memory after all are undone.
 
-use argil_conformance::{EditRig, Numbers, shipped};
+use argil_conformance::{CaseRng, EditRig, shipped};
 use argil_scene::{Brush, Edit, Modifier, NodeId, Scene, Shape};
 use argil_volume::BrickSettings;
 use std::time::Instant;
@@ -12,7 +12,7 @@ use std::time::Instant;
 /// Brushes about as large as the gaps between them, in a box whose volume is as many times theirs. They are in shells
 /// around the middle, so that a larger crowd has a smaller one inside and the same edit can be made in both.
 fn crowd(brushes: usize) -> (Scene, f32) {
-    let mut numbers = Numbers::new(1);
+    let mut numbers = CaseRng::new(1);
     let mut scene = Scene::new();
     let half = 0.5 * (brushes as f32).cbrt();
     scene.view.bounds = Some([[-half; 3], [half; 3]]);
@@ -36,7 +36,7 @@ fn crowd(brushes: usize) -> (Scene, f32) {
 }
 
 /// A point on a face of the cube of this half side.
-fn on_shell(numbers: &mut Numbers, half: f32) -> [f32; 3] {
+fn on_shell(numbers: &mut CaseRng, half: f32) -> [f32; 3] {
     let mut point = numbers.point(half).to_array();
     let face = (numbers.between(0.0, 6.0) as usize).min(5);
     point[face / 2] = if face.is_multiple_of(2) { half } else { -half };
@@ -146,7 +146,7 @@ fn session() {
     let case = shipped().into_iter().find(|case| case.name == "csg20");
     let mut scene = case.expect("a scene that ships").scene;
     let mut clay = EditRig::of(&mut scene, 256, &BrickSettings::default());
-    let mut numbers = Numbers::new(8);
+    let mut numbers = CaseRng::new(8);
     let at_first = clay.memory_bytes();
     let mut all = Vec::new();
     for nth in 0..1000 {

@@ -14,9 +14,9 @@ pub struct SceneCase {
 
 /// Pseudorandom numbers: a 64-bit linear congruential generator (Knuth's constants).
 #[derive(Debug)]
-pub struct Numbers(u64);
+pub struct CaseRng(u64);
 
-impl Numbers {
+impl CaseRng {
     /// Creates a generator from a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(2_654_435_761).wrapping_add(1))

@@ -26,7 +26,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 use case::push;
-pub use case::{Numbers, SceneCase};
+pub use case::{CaseRng, SceneCase};
 pub use edit_rig::EditRig;
 pub use modifier_cases::modifier_cases;
 pub use operator_cases::operator_cases;
@@ -36,7 +36,7 @@ pub use structure_cases::structure_cases;
 
 /// Creates random boxes and capsules, rotated and blended. They lose bricks if bounds are not conservative.
 pub fn random_blends(seed: u64, brushes: usize) -> SceneCase {
-    let mut numbers = Numbers::new(seed);
+    let mut numbers = CaseRng::new(seed);
     let mut scene = Scene::new();
     for i in 0..brushes {
         let size = [
@@ -160,7 +160,7 @@ fn copy(from: &Scene, id: NodeId, to: &mut Scene, group: NodeId) {
 
 /// Returns points in and around the cases, on their planes of symmetry, and with values that break arithmetic.
 pub fn points(count: usize, seed: u64) -> Vec<[f32; 3]> {
-    let mut numbers = Numbers::new(seed);
+    let mut numbers = CaseRng::new(seed);
     let mut all: Vec<[f32; 3]> = (0..count)
         .map(|i| numbers.point(if i % 8 == 0 { 6.0 } else { 1.2 }).to_array())
         .collect();

@@ -1,13 +1,13 @@
 //! Deterministic random scenes of any size.
 
-use crate::Numbers;
+use crate::CaseRng;
 use argil_scene::{Brush, Scene, Shape};
 use glam::Vec3;
 
 /// Creates a number of boxes, capsules, tori and balls in a box from −1 to 1: rotated, blended, every fifth
 /// subtracted. Their total surface before they are combined does not depend on their number.
 pub fn random_scene(brushes: usize, seed: u64) -> Scene {
-    let mut numbers = Numbers::new(seed);
+    let mut numbers = CaseRng::new(seed);
     let mut scene = Scene::new();
     scene.name = format!("{brushes} random brushes");
     scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);

@@ -1,6 +1,6 @@
 //! Conservative: intervals over boxes hold every distance in them, and dirty boxes hold every change.
 
-use argil_conformance::{Numbers, SceneCase, all_cases, rounding};
+use argil_conformance::{CaseRng, SceneCase, all_cases, rounding};
 use argil_field::{FAR, Program, naive};
 use argil_math::Aabb;
 use argil_scene::{Brush, Edit, Group, Modifier, NodeId, Scene, Shape};
@@ -15,7 +15,7 @@ fn intervals_hold_the_oracles_distances() {
     let mut sharp = 0;
     for SceneCase { name, scene } in all_cases() {
         let program = lower(&scene);
-        let mut numbers = Numbers::new(11);
+        let mut numbers = CaseRng::new(11);
         for _ in 0..25 {
             let (center, size) = (numbers.point(1.2), numbers.between(0.02, 0.6));
             let region = Aabb::new(center - size * numbers.unit(), center + size);
@@ -57,7 +57,7 @@ fn intervals_hold_the_oracles_distances() {
 fn the_programs_box_holds_the_solid() {
     for SceneCase { name, scene } in all_cases() {
         let bounds = lower(&scene).aabb();
-        let mut numbers = Numbers::new(12);
+        let mut numbers = CaseRng::new(12);
         for _ in 0..3000 {
             let p = numbers.point(2.5);
             assert!(
@@ -72,7 +72,7 @@ fn the_programs_box_holds_the_solid() {
 fn garden() -> (Scene, Vec<NodeId>) {
     let mut scene = Scene::new();
     let mut nodes = Vec::new();
-    let mut numbers = Numbers::new(21);
+    let mut numbers = CaseRng::new(21);
     let mut brush = |i: usize| {
         let at = numbers.point(0.9).to_array();
         let shape = match i % 4 {
@@ -149,7 +149,7 @@ fn changes(
     after: &Program,
     dirty: Aabb,
     band: f32,
-    numbers: &mut Numbers,
+    numbers: &mut CaseRng,
 ) -> (usize, usize) {
     let (mut outside, mut inside) = (0, 0);
     for _ in 0..1500 {
@@ -209,7 +209,7 @@ fn edits(nodes: &[NodeId]) -> Vec<Edit> {
         edits.push(Edit::Insert {
             parent: Scene::ROOT,
             index: 5,
-            entry: entry.into(),
+            desc: entry.into(),
         });
     }
     edits
@@ -217,7 +217,7 @@ fn edits(nodes: &[NodeId]) -> Vec<Edit> {
 
 #[test]
 fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
-    let mut numbers = Numbers::new(22);
+    let mut numbers = CaseRng::new(22);
     let (mut seen, mut smaller_would_miss) = (0, 0);
     for (band, crowd) in [(0.05, 0), (0.2, 0), (0.1, 300)] {
         let (mut scene, nodes) = garden();

@@ -5,7 +5,7 @@
 use argil_abi::GpuMaterial;
 use argil_conformance::Wait;
 use argil_conformance::{
-    Numbers, SceneCase, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
+    CaseRng, SceneCase, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
     stored_integers,
 };
 use argil_field::{Evaluator, Grid, Program};
@@ -112,7 +112,7 @@ fn no_cell_with_surface_is_without_its_brick() {
 /// were looked at, and of how many half a cell's diagonal more would be too much.
 fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, usize) {
     let layout = bricks.layout();
-    let mut numbers = Numbers::new(7);
+    let mut numbers = CaseRng::new(7);
     let spread = program.lipschitz() * layout.half_diagonal(1);
     let (mut checked, mut too_much) = (0, 0);
     for cell in cells(layout) {
@@ -184,7 +184,7 @@ fn gpu_bricks_are_conservative_too() {
 
 /// Groups in groups, each with a ball beside it.
 fn deep(levels: u32) -> SceneCase {
-    let mut numbers = Numbers::new(57);
+    let mut numbers = CaseRng::new(57);
     let mut scene = Scene::new();
     let mut group = Scene::ROOT;
     for _ in 0..levels {
@@ -508,7 +508,7 @@ fn colors_and_blends_survive_baking() {
         let layout = layout_of(&program, &case.scene, 96, 8);
         let bricks = bake(&program, layout);
         mixed += bricks.mixed().len();
-        let mut numbers = Numbers::new(3);
+        let mut numbers = CaseRng::new(3);
         let mut evaluator = Evaluator::new(&program);
         let palette = program.materials();
         let mut turned = palette.to_vec();

@@ -3,7 +3,7 @@
 //! *Length.* A test for each kind of edit, with the random sessions that they share.
 
 use argil_conformance::{
-    EditRig, Numbers, Wait, gpu, random_blends, random_scene, shapes, shipped,
+    CaseRng, EditRig, Wait, gpu, random_blends, random_scene, shapes, shipped,
 };
 use argil_gpu::Gpu;
 use argil_scene::{
@@ -13,9 +13,9 @@ use argil_volume::{BrickSettings, Encoding, SampleFormat};
 use std::sync::Arc;
 
 /// A random edit of a random node, or an undo or redo.
-fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
+fn disturb(scene: &mut Scene, numbers: &mut CaseRng, materials: &[String]) {
     let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
-    let pick = |numbers: &mut Numbers, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
+    let pick = |numbers: &mut CaseRng, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
     let Some(&node) = nodes.get(pick(numbers, nodes.len())) else {
         scene.undo();
         return;
@@ -59,7 +59,7 @@ fn disturb(scene: &mut Scene, numbers: &mut Numbers, materials: &[String]) {
             Edit::Insert {
                 parent: Scene::ROOT,
                 index: pick(numbers, children + 1),
-                entry: brush.into(),
+                desc: brush.into(),
             }
         }
         7 => {
@@ -95,7 +95,7 @@ fn sculpt_on(
     edits: usize,
     period: usize,
 ) -> usize {
-    let mut numbers = Numbers::new(91);
+    let mut numbers = CaseRng::new(91);
     let materials: Vec<String> = scene.materials().keys().cloned().collect();
     let mut clay = EditRig::on(gpu, scene, resolution, settings);
     assert_eq!(clay.differing(scene), 0, "{name}");
@@ -181,7 +181,7 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
 #[test]
 fn what_comes_last_is_followed() {
     for seed in 0..6u64 {
-        let mut numbers = Numbers::new(300 + seed);
+        let mut numbers = CaseRng::new(300 + seed);
         let mut scene = random_blends(80 + seed, 12).scene;
         let usual = BrickSettings::default();
         let settings = BrickSettings {
@@ -217,7 +217,7 @@ fn what_comes_last_is_followed() {
 #[test]
 fn what_comes_last_among_many_is_followed() {
     for seed in 0..3u64 {
-        let mut numbers = Numbers::new(500 + seed);
+        let mut numbers = CaseRng::new(500 + seed);
         let mut scene = Scene::new();
         for (name, color) in [("red", [0.8, 0.1, 0.1]), ("blue", [0.1, 0.1, 0.8])] {
             scene
@@ -226,7 +226,7 @@ fn what_comes_last_among_many_is_followed() {
         }
         let arena = Shape::rounded_box([1.0, 0.6, 1.0], 0.0);
         scene.push(Brush::new(arena)).expect("a brush");
-        let put = |scene: &mut Scene, numbers: &mut Numbers, least: f32, most: f32| {
+        let put = |scene: &mut Scene, numbers: &mut CaseRng, least: f32, most: f32| {
             let size = numbers.between(least, most);
             let shape = if numbers.unit() < 0.7 {
                 Shape::sphere(size)
@@ -290,7 +290,7 @@ fn what_stands_in_a_hole_is_lost_and_found_with_it() {
         let insert = Edit::Insert {
             parent: Scene::ROOT,
             index: 1,
-            entry: hole.subtract().into(),
+            desc: hole.subtract().into(),
         };
         scene.apply(insert).expect("an edit");
         for nth in 0..2 {
@@ -338,7 +338,7 @@ fn a_gpus_bricks_are_those_of_a_fresh_bake() {
 }
 
 /// A random brush: solids that hold, ones that take away, and now and then one that acts on everything or jumps.
-fn piece(numbers: &mut Numbers) -> Brush {
+fn piece(numbers: &mut CaseRng) -> Brush {
     let size = numbers.between(0.04, 0.12);
     let shape = match (3.0 * numbers.unit()) as u32 {
         0 => Shape::sphere(size),
@@ -362,11 +362,11 @@ fn piece(numbers: &mut Numbers) -> Brush {
 }
 
 /// A random edit of what stands in groups, or of a group.
-fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
+fn disturb_groups(scene: &mut Scene, numbers: &mut CaseRng) {
     let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
     let is_group = |n: &NodeId| matches!(scene.node(*n).desc().kind, NodeKind::Group);
     let groups: Vec<NodeId> = scene.iter().filter(is_group).collect();
-    let pick = |numbers: &mut Numbers, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
+    let pick = |numbers: &mut CaseRng, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
     let node = nodes[pick(numbers, nodes.len())];
     let parent = groups[pick(numbers, groups.len())];
     let index = pick(numbers, scene.node(parent).children().len() + 1);
@@ -396,7 +396,7 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
         8 => Edit::Insert {
             parent,
             index,
-            entry: Group::new().smooth(0.01 * numbers.unit()).into(),
+            desc: Group::new().smooth(0.01 * numbers.unit()).into(),
         },
         9 => {
             // What a group does to what it holds.
@@ -414,13 +414,13 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
             }
             Edit::Replace {
                 node: parent,
-                entry: group.into(),
+                desc: group.into(),
             }
         }
         _ => Edit::Insert {
             parent,
             index,
-            entry: piece(numbers).into(),
+            desc: piece(numbers).into(),
         },
     };
     // What is refused changes nothing.
@@ -432,7 +432,7 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut Numbers) {
 fn what_groups_hold_is_edited_in_place() {
     let (mut edits, mut rebakes) = (0, 0);
     for seed in 0..4 {
-        let mut numbers = Numbers::new(700 + seed);
+        let mut numbers = CaseRng::new(700 + seed);
         let mut scene = Scene::new();
         let red = Material {
             base_color: [1.0, 0.0, 0.0],

@@ -1,7 +1,7 @@
 //! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
 
 use argil_conformance::Wait;
-use argil_conformance::{Numbers, SceneCase, all_cases, gpu, gpu_field, points, poison, rounding};
+use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, gpu_field, points, poison, rounding};
 use argil_field::{Evaluator, FAR, LANES, NearEvaluator, NearField, Program, naive};
 use argil_math::Aabb;
 use argil_scene::{Brush, Exactness, Group, Modifier, Scene, Shape};
@@ -283,7 +283,7 @@ fn exact_shapes_are_exact() {
 
 /// Many pieces of all kinds: in groups within groups, blended, chamfered, taken away and cut.
 fn many_pieces() -> Scene {
-    let mut numbers = Numbers::new(23);
+    let mut numbers = CaseRng::new(23);
     let mut scene = Scene::new();
     let ground = Brush::new(Shape::cuboid([1.1, 0.05, 1.1])).at([0.0, -0.9, 0.0]);
     scene.push(ground).expect("a brush");
@@ -341,7 +341,7 @@ fn what_is_near_tells_the_field() {
     let near = NearField::new(&program, around, 0.25).expect("it is of many pieces");
     assert!(near.far() >= 0.25);
     let mut evaluator = NearEvaluator::new(&near);
-    let mut numbers = Numbers::new(29);
+    let mut numbers = CaseRng::new(29);
     let count = 20_000;
     let points: Vec<Vec3> = (0..count).map(|_| numbers.point(1.3)).collect();
     let axis = |k: usize| points.iter().map(|p| p[k]).collect::<Vec<f32>>();

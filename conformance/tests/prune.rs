@@ -1,7 +1,7 @@
 //! Pruned lists: in all of its cell a list gives the whole program's distances, to the bit.
 
 use argil_abi::Instruction;
-use argil_conformance::{Numbers, SceneCase, all_cases, random_blends, shipped};
+use argil_conformance::{CaseRng, SceneCase, all_cases, random_blends, shipped};
 use argil_field::{CELLS_PER_BATCH, Evaluator, Grid, LANES, Program, Pruner};
 use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
@@ -14,7 +14,7 @@ fn halves(cell: Aabb) -> [Aabb; 8] {
         .map(|corner| Aabb::new(corner.min(center), corner.max(center)))
 }
 
-fn sample(cell: Aabb, numbers: &mut Numbers) -> [[f32; LANES]; 3] {
+fn sample(cell: Aabb, numbers: &mut CaseRng) -> [[f32; LANES]; 3] {
     let mut points = [[0.0; LANES]; 3];
     for i in 0..LANES {
         for (axis, lanes) in points.iter_mut().enumerate() {
@@ -43,7 +43,7 @@ struct Walk {
     cells: usize,
 }
 
-fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut Numbers) -> Walk {
+fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut CaseRng) -> Walk {
     let program = Program::lower(&case.scene).expect("a program");
     let region = if program.aabb().is_finite() {
         program.aabb().grown(0.1)
@@ -93,7 +93,7 @@ fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut Numbers) -> 
 /// Exact: every shape, operator, modifier and structure, shipped scenes, random blends.
 #[test]
 fn a_pruned_list_gives_the_whole_programs_bits_in_its_cell() {
-    let mut numbers = Numbers::new(51);
+    let mut numbers = CaseRng::new(51);
     let mut cases = all_cases();
     cases.extend(shipped());
     cases.extend((40..52).map(|seed| random_blends(seed, 40)));
@@ -110,7 +110,7 @@ fn a_pruned_list_gives_the_whole_programs_bits_in_its_cell() {
 /// A thousand balls: a small cell has a few of them.
 #[test]
 fn a_small_cell_has_a_short_list() {
-    let mut numbers = Numbers::new(52);
+    let mut numbers = CaseRng::new(52);
     let mut scene = Scene::new();
     for _ in 0..1000 {
         let ball = Brush::new(Shape::sphere(0.08))
@@ -140,7 +140,7 @@ fn a_list_is_wrong_outside_of_its_cell() {
     pruner.classify_cells(program.instructions(), &centers, 0.01, &mut d);
     let mut list = Vec::new();
     pruner.prune_into(program.instructions(), 0, &mut list);
-    let mut numbers = Numbers::new(54);
+    let mut numbers = CaseRng::new(54);
     let [x, y, z] = sample(cells[7], &mut numbers);
     let mut evaluator = Evaluator::new(&program);
     let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
@@ -166,7 +166,7 @@ fn a_full_batch_of_cells_is_told_apart() {
     let mut d = [0.0; CELLS_PER_BATCH];
     pruner.classify_cells(program.instructions(), &centers, half_diagonal, &mut d);
     let mut evaluator = Evaluator::new(&program);
-    let mut numbers = Numbers::new(56);
+    let mut numbers = CaseRng::new(56);
     let mut lengths = std::collections::HashSet::new();
     for (i, &center) in centers.iter().enumerate() {
         let mut list = Vec::new();

@@ -4,7 +4,7 @@
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
-use argil_conformance::{Numbers, SceneCase, all_cases, gpu, primary_ray, random_blends, shipped};
+use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
 use argil_gpu::GpuProgram;
 use argil_math::Aabb;
@@ -171,7 +171,7 @@ fn rays_find_what_a_search_finds() {
         max_steps: 1024,
         ..RenderSettings::default()
     };
-    let mut numbers = Numbers::new(31);
+    let mut numbers = CaseRng::new(31);
     for (eye, kind) in [
         (Vec3::new(2.0, 0.9, 1.4), HIT_OUTSIDE),
         (Vec3::new(0.0, 0.0, 2.5), HIT_OUTSIDE),
@@ -273,7 +273,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
 fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
     let mut cases = shipped();
     let mut many = Scene::new();
-    let mut numbers = Numbers::new(32);
+    let mut numbers = CaseRng::new(32);
     for _ in 0..1000 {
         many.push(
             Brush::new(Shape::sphere(0.12))
@@ -384,7 +384,7 @@ fn nearest_sphere(spheres: &[Vec3], radius: f32, origin: Vec3, direction: Vec3) 
 #[test]
 fn rays_find_the_nearest_of_very_many() {
     let radius = 0.008;
-    let mut numbers = Numbers::new(19);
+    let mut numbers = CaseRng::new(19);
     let spheres: Vec<Vec3> = (0..30_000).map(|_| numbers.point(1.0)).collect();
     let mut scene = Scene::new();
     for center in &spheres {
@@ -429,7 +429,7 @@ fn rays_find_the_nearest_of_very_many() {
 #[test]
 fn light_of_many_is_the_whole_fields() {
     for is_grouped in [false, true] {
-        let mut numbers = Numbers::new(31);
+        let mut numbers = CaseRng::new(31);
         let mut scene = Scene::new();
         scene
             .set_material("red", Material::colored([0.8, 0.1, 0.1]))

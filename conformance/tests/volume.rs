@@ -5,7 +5,7 @@
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{
-    Numbers, SceneCase, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
+    CaseRng, SceneCase, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
     stored_integers,
 };
 use argil_field::Program;
@@ -356,7 +356,7 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
 /// Conservative: no level above the finest tells more than the distance, the finest no more than interpolation can add.
 #[test]
 fn no_level_overstates_the_distance() {
-    let mut numbers = Numbers::new(41);
+    let mut numbers = CaseRng::new(41);
     let mut over = 0;
     let mut cases = all_cases();
     cases.extend(shipped());

@@ -17,7 +17,7 @@ pub(crate) use sections::is_shown;
 use crate::claims;
 use crate::record::{Machine, Record, Store};
 use anyhow::Context;
-use source::Source;
+use source::StoredRecord;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -30,8 +30,8 @@ pub fn report(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
 }
 
 /// Reads the records of several paths, none of which may be the output.
-fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
-    let mut all: Vec<Source> = Vec::new();
+fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<StoredRecord>> {
+    let mut all: Vec<StoredRecord> = Vec::new();
     for place in places {
         let file = Store::file_of(place);
         let is_same = |p: &Path| {
@@ -47,7 +47,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
             // A folder that is given twice is read once.
             if all.iter().all(|known| known.record != record) {
                 let pictures = Store::pictures_of(place);
-                all.push(Source { record, pictures });
+                all.push(StoredRecord { record, pictures });
             }
         }
     }
@@ -61,7 +61,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Source>> {
 }
 
 /// Gives devices of different machines, presets or devices different names, because every CPU is called `cpu`.
-fn tell_apart(all: &mut [Source]) {
+fn tell_apart(all: &mut [StoredRecord]) {
     type Key = [String; 3];
     let key = |m: &Machine| [&m.processor, &m.system, &m.preset].map(String::clone);
     let mut places: BTreeMap<String, Vec<Key>> = BTreeMap::new();

@@ -2,7 +2,7 @@
 
 use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
 use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
-use crate::scenes::{Numbers, scene};
+use crate::scenes::{SceneRng, scene};
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::render::{Camera, RenderMode, RenderSettings};
@@ -285,7 +285,7 @@ fn picture(
 /// Returns points in the scene's box, and their exact distances.
 fn points(world: &World, count: u32) -> (Vec<[f32; 3]>, Vec<f32>) {
     let focus = world.view_bounds();
-    let mut numbers = Numbers::new(7);
+    let mut numbers = SceneRng::new(7);
     let mut place = || {
         let part = Vec3::from([(); 3].map(|()| numbers.next()));
         (focus.min + part * focus.size()).to_array()

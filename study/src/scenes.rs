@@ -82,9 +82,9 @@ fn spheres(side: u32) -> anyhow::Result<Scene> {
 }
 
 /// A deterministic generator of numbers from 0 to 1.
-pub(crate) struct Numbers(u64);
+pub(crate) struct SceneRng(u64);
 
-impl Numbers {
+impl SceneRng {
     /// Creates a generator from a seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(2).wrapping_add(1))
@@ -103,7 +103,7 @@ impl Numbers {
 /// Creates balls all over a box, smaller the more there are.
 fn crowd(count: u32) -> anyhow::Result<Scene> {
     let mut scene = framed();
-    let mut numbers = Numbers::new(1);
+    let mut numbers = SceneRng::new(1);
     let radius = 0.5 / (count as f32).cbrt();
     for _ in 0..count {
         let at = [(); 3].map(|()| 1.8 * (numbers.next() - 0.5));

@@ -14,7 +14,7 @@ use crate::preferences::Preferences;
 use crate::recovery::{self, Recovery};
 use crate::render_thread::RenderThread;
 use crate::session::Session;
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use argil::Engine;
 use argil::scene::Scene;
 use eframe::egui::{self, Align, Layout};
@@ -37,7 +37,7 @@ pub struct Options {
 /// The editor: see the module's page.
 pub struct Studio {
     pub(crate) session: Session,
-    pub(crate) view: View,
+    pub(crate) view: ViewState,
     pub(crate) list: Outliner,
     pub(crate) gallery: Gallery,
     pub(crate) inspector: Inspector,
@@ -86,7 +86,7 @@ impl Studio {
         };
         let mut studio = Self {
             session,
-            view: View::default(),
+            view: ViewState::default(),
             list: Outliner::default(),
             gallery: Gallery::default(),
             inspector: Inspector::new(),

@@ -134,7 +134,8 @@ impl Document {
     /// # Errors
     /// If a value is invalid.
     pub fn replace(&mut self, name: &str, node: NodeId, entry: NodeDesc) -> anyhow::Result<()> {
-        self.edit(name, Edit::Replace { node, entry }).map(drop)
+        self.edit(name, Edit::Replace { node, desc: entry })
+            .map(drop)
     }
 
     /// Adds, changes or removes a material.

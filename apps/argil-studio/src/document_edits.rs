@@ -14,7 +14,7 @@ impl Document {
             Edit::Insert {
                 parent: Scene::ROOT,
                 index,
-                entry,
+                desc: entry,
             },
         )?;
         self.select(Some(made.node), false);
@@ -105,7 +105,7 @@ impl Document {
         let insert = Edit::Insert {
             parent,
             index,
-            entry,
+            desc: entry,
         };
         let group = self.edit("Group", insert)?.node;
         for (index, node) in nodes.into_iter().enumerate() {

@@ -3,11 +3,11 @@
 use crate::node_transform::NodeTransform;
 use crate::render_worker::Pipeline;
 use crate::session::Session;
-use crate::view::View;
+use crate::view::ViewState;
 use argil::glam::Vec3;
 use argil::scene::{Brush, Shape};
 
-impl View {
+impl ViewState {
     /// Resets the state for another document.
     pub(crate) fn forget(&mut self) {
         self.pictures.forget();

@@ -6,12 +6,12 @@ use crate::overlay::label;
 use crate::picking::off_segment;
 use crate::session::Session;
 use crate::stretch::stretched;
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use argil::glam::{Vec2, Vec3};
 use argil::scene::{NodeId, NodeKind};
 use eframe::egui::{self, Color32, Rect, Stroke};
 
-impl View {
+impl ViewState {
     /// Returns the gizmo's position and axes.
     pub(crate) fn frame_of(
         &self,

@@ -1,6 +1,6 @@
 //! The ground grid and the axes, drawn over the image and hidden behind solids.
 
-use crate::view::View;
+use crate::view::ViewState;
 use argil::glam::{Vec2, Vec3};
 use eframe::egui::{self, Color32, Pos2, Rect, Stroke};
 
@@ -11,7 +11,7 @@ const PIECES: usize = 96;
 /// Tolerance of the depth test, as a fraction of the distance.
 const SLACK: f32 = 0.004;
 
-impl View {
+impl ViewState {
     /// Draws the grid.
     pub(crate) fn draw_grid(&self, ui: &egui::Ui, rect: Rect) {
         // About ten lines per image height, at a power of ten.

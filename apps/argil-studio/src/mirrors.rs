@@ -3,14 +3,14 @@
 use crate::document::Document;
 use crate::node_transform::NodeTransform;
 use crate::session::Session;
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use argil::glam::{DVec3, Vec2};
 use argil::scene::{Modifier, NodeId};
 use eframe::egui::{self, Color32, Pos2, Rect, Shape, Stroke};
 
 const COLORS: [[u8; 3]; 3] = [[230, 70, 70], [90, 190, 70], [70, 120, 240]];
 
-impl View {
+impl ViewState {
     /// Draws the mirror planes.
     pub(crate) fn draw_mirrors(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         if self.tool == Tool::Sculpt {

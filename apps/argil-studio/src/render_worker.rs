@@ -376,7 +376,7 @@ mod tests {
         let edit = Action::Edit(Edit::Insert {
             parent: Scene::ROOT,
             index: first().node(Scene::ROOT).children().len(),
-            entry: entry.into(),
+            desc: entry.into(),
         });
         let mut edited = first();
         edited.perform(&edit).expect("an edit");

@@ -6,12 +6,12 @@
 use crate::materials::material_choice;
 use crate::sculpting::{SculptKind, SculptStroke};
 use crate::session::{Request, Session};
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use argil::glam::Vec3;
 use argil::scene::{Brush, Edit, NodeDesc, NodeId, NodeKind, Scene, Shape};
 use eframe::egui;
 
-impl View {
+impl ViewState {
     /// Handles the pointer over the surface. `pressure` is from 0 to 1.
     pub(crate) fn sculpt(
         &mut self,
@@ -81,7 +81,7 @@ impl View {
                     Edit::Insert {
                         parent: Scene::ROOT,
                         index,
-                        entry: self.sculpting.group(),
+                        desc: self.sculpting.group(),
                     },
                 )?;
                 if let Some(stroke) = &mut self.sculpting.stroke {
@@ -110,7 +110,7 @@ impl View {
         let edit = Edit::Insert {
             parent: group,
             index,
-            entry,
+            desc: entry,
         };
         session.document.edit("Stroke", edit).map(drop)
     }

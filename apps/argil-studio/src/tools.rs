@@ -4,14 +4,14 @@ use crate::commands::{self, Command};
 use crate::render_worker::{Pipeline, SHOWS};
 use crate::segmented_control::choice;
 use crate::session::Session;
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use argil::render::RenderMode;
 use eframe::egui::{self, Align, Layout};
 
 /// Duration below which progress is not shown.
 const MOMENT: std::time::Duration = std::time::Duration::from_millis(500);
 
-impl View {
+impl ViewState {
     /// Shows the tools and the pipelines.
     pub(crate) fn tool_bar(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         egui::Panel::top("tools").show(ui, |ui| {

@@ -25,7 +25,7 @@ pub(crate) enum Tool {
 
 /// The view.
 #[derive(Default)]
-pub(crate) struct View {
+pub(crate) struct ViewState {
     /// The camera.
     pub eye: ViewportCamera,
     /// The tool.

@@ -4,7 +4,7 @@ use crate::overlay::label;
 use crate::picking::Picked;
 use crate::render_worker::{RenderAnswer, RenderRequest, WorkerImage};
 use crate::session::{Request, Session};
-use crate::view::{Tool, View};
+use crate::view::{Tool, ViewState};
 use crate::viewport_images::*;
 use argil::glam::{Vec2, Vec3};
 use argil::scene::{NodeId, OperatorKind, Shape};
@@ -13,7 +13,7 @@ use eframe::egui::{
 };
 use web_time::Instant;
 
-impl View {
+impl ViewState {
     /// Shows the viewport.
     pub(crate) fn ui(&mut self, session: &mut Session, ui: &mut egui::Ui) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());

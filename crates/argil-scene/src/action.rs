@@ -88,7 +88,7 @@ impl Action {
     /// Iterates over the descriptions that this action inserts.
     pub fn entries(&self) -> impl Iterator<Item = &NodeDesc> {
         let (one, tree) = match self {
-            Self::Edit(Edit::Insert { entry, .. } | Edit::Replace { entry, .. }) => {
+            Self::Edit(Edit::Insert { desc: entry, .. } | Edit::Replace { desc: entry, .. }) => {
                 (Some(entry), None)
             }
             Self::InsertTree { tree, .. } => (None, Some(tree)),
@@ -197,7 +197,7 @@ impl Scene {
         let group = Edit::Insert {
             parent,
             index,
-            entry: tree.desc.clone(),
+            desc: tree.desc.clone(),
         };
         // Check everything before changing anything.
         let mut open = vec![tree];
@@ -230,7 +230,7 @@ impl Scene {
                 let own = self.apply(Edit::Insert {
                     parent,
                     index,
-                    entry: tree.desc.clone(),
+                    desc: tree.desc.clone(),
                 })?;
                 all.dirty_box = all.dirty_box.union(own.dirty_box);
                 open.push((own.node, &tree.children));

@@ -30,7 +30,7 @@ pub enum Edit {
         /// Index in the group, from 0 to its length.
         index: usize,
         /// The brush or group to insert.
-        entry: NodeDesc,
+        desc: NodeDesc,
     },
     /// Removes a brush, or a group with its contents.
     Remove {
@@ -42,7 +42,7 @@ pub enum Edit {
         /// The node to replace.
         node: NodeId,
         /// The new description.
-        entry: NodeDesc,
+        desc: NodeDesc,
     },
     /// Moves a node to another place in its group, or to another group.
     Move {
@@ -201,7 +201,7 @@ impl Scene {
             Edit::Insert {
                 parent,
                 index,
-                mut entry,
+                desc: mut entry,
             } => {
                 self.check_entry(&entry)?;
                 self.load(&mut entry);
@@ -217,7 +217,10 @@ impl Scene {
                 self.check_inner(node)?;
                 HistoryStep::Detach { node }
             }
-            Edit::Replace { node, mut entry } => {
+            Edit::Replace {
+                node,
+                desc: mut entry,
+            } => {
                 self.check_inner(node)?;
                 self.check_entry(&entry)?;
                 self.load(&mut entry);

@@ -192,7 +192,7 @@ impl Scene {
                 if !inner.is_empty() {
                     return Err(LogError::Inner);
                 }
-                Action::Edit(Edit::Replace { node, entry })
+                Action::Edit(Edit::Replace { node, desc: entry })
             }
             LogLine::Move { node, into, index } => Action::Edit(Edit::Move {
                 node: node_of(&node)?,
@@ -253,7 +253,7 @@ impl Scene {
             Edit::Insert {
                 parent,
                 index,
-                entry,
+                desc: entry,
             } => LogLine::Insert {
                 into: self.path(*parent),
                 index: Some(*index),
@@ -262,7 +262,7 @@ impl Scene {
             Edit::Remove { node } => LogLine::Remove {
                 node: self.path(*node),
             },
-            Edit::Replace { node, entry } => LogLine::Replace {
+            Edit::Replace { node, desc: entry } => LogLine::Replace {
                 node: self.path(*node),
                 entry: Box::new(Item::of(entry)),
             },

@@ -44,7 +44,7 @@ impl Scene {
             path: path.into(),
             source,
         };
-        let open = || -> Result<tokens::Source<'_>, FileError> {
+        let open = || -> Result<tokens::ByteSource<'_>, FileError> {
             Ok(Box::new(std::fs::File::open(path).map_err(io)?))
         };
         let about = std::fs::metadata(path).map_err(io)?;

@@ -24,7 +24,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         Edit::Insert {
             parent: brush,
             index: 0,
-            entry: entry(),
+            desc: entry(),
         },
         "brushes[0] is a brush",
     );
@@ -32,7 +32,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         Edit::Insert {
             parent: Scene::ROOT,
             index: 3,
-            entry: entry(),
+            desc: entry(),
         },
         "index 3 is past the end",
     );
@@ -56,7 +56,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
     refused(
         Edit::Replace {
             node: group,
-            entry: entry(),
+            desc: entry(),
         },
         "cannot change between brush and group",
     );
@@ -85,7 +85,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
         Edit::Insert {
             parent: group,
             index: 0,
-            entry: gone,
+            desc: gone,
         },
         "no material \"gold\"",
     );
@@ -93,7 +93,7 @@ fn edits_are_checked_and_leave_the_scene_as_it_was() {
     refused(
         Edit::Replace {
             node: brush,
-            entry: flat,
+            desc: flat,
         },
         "shape.radius: 0 is not positive",
     );
@@ -144,7 +144,7 @@ fn undo_and_redo_walk_through_every_state() {
         },
         Edit::Replace {
             node: a,
-            entry: Brush::new(Shape::torus(1.0, 0.1)).into(),
+            desc: Brush::new(Shape::torus(1.0, 0.1)).into(),
         },
         Edit::Remove { node: group },
     ] {
@@ -277,7 +277,9 @@ fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
     scene.set_mesh_grid("a.obj", resolution, grid(2.0));
     assert!(has(&scene, 2.0));
     let entry = mesh.at([1.0, 0.0, 0.0]).into();
-    scene.apply(Edit::Replace { node, entry }).expect("an edit");
+    scene
+        .apply(Edit::Replace { node, desc: entry })
+        .expect("an edit");
     scene.set_mesh_grid("a.obj", resolution, grid(3.0));
     assert!(has(&scene, 3.0));
     scene.undo();
@@ -296,7 +298,9 @@ fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
     }
     let node = scene.node(Scene::ROOT).children()[0];
     let entry = Brush::new(Shape::mesh("a.obj")).at([1.0, 0.0, 0.0]).into();
-    scene.apply(Edit::Replace { node, entry }).expect("an edit");
+    scene
+        .apply(Edit::Replace { node, desc: entry })
+        .expect("an edit");
     let line = r#"{"edit": "rename_meshes", "paths": {"a.obj": "b.obj", "b.obj": "c.obj"}}"#;
     let mut other = scene.clone();
     assert_eq!(other.apply_log_line(line).expect("a line"), None);
@@ -403,7 +407,7 @@ fn nodes_of_other_scenes_are_refused() {
     let into = Edit::Insert {
         parent: theirs,
         index: 0,
-        entry: ball().into(),
+        desc: ball().into(),
     };
     assert!(one.apply(into).is_err());
     let mut copy = one.clone();

@@ -20,7 +20,7 @@ fn a_log_replays_on_another_scene() {
     let insert = |parent, index, entry: NodeDesc| Edit::Insert {
         parent,
         index,
-        entry,
+        desc: entry,
     };
     let group = done(
         &mut scene,
@@ -55,7 +55,13 @@ fn a_log_replays_on_another_scene() {
         },
     );
     let entry = ball(0.1).chamfer(0.02).hidden().into();
-    done(&mut scene, Edit::Replace { node: a, entry });
+    done(
+        &mut scene,
+        Edit::Replace {
+            node: a,
+            desc: entry,
+        },
+    );
     done(&mut scene, Edit::Remove { node: b });
     for line in &lines {
         assert!(other.apply_log_line(line).unwrap().is_some(), "{line}");

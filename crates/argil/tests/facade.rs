@@ -320,7 +320,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     argil::load_meshes(&mut again, &folder, false)?;
     let node = again.node(Scene::ROOT).children()[0];
     let entry = Brush::new(Shape::sampled("a", ball(0.2)?)).into();
-    again.apply(argil::scene::Edit::Replace { node, entry })?;
+    again.apply(argil::scene::Edit::Replace { node, desc: entry })?;
     let world = Engine::cpu().build(&again)?.field();
     let told = world.distance([0.2, 0.0, 0.0]);
     assert!(told.abs() < 0.02, "{told}");

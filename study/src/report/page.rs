@@ -1,6 +1,6 @@
 //! The page.
 
-use super::source::Source;
+use super::source::StoredRecord;
 use super::{plots, sections, sentences};
 use crate::claims;
 use crate::experiments::ALL;
@@ -55,7 +55,7 @@ pub(super) fn machines(records: &[&Record]) -> Vec<String> {
 }
 
 /// Returns the page.
-pub(super) fn page(all: &[Source]) -> String {
+pub(super) fn page(all: &[StoredRecord]) -> String {
     let records: Vec<&Record> = all.iter().map(|source| &source.record).collect();
     let devices = {
         let mut all: Vec<&str> = records.iter().map(|r| r.machine.device.as_str()).collect();
@@ -93,7 +93,7 @@ pub(super) fn page(all: &[Source]) -> String {
     }
     text += "</tbody></table></div></section>";
     for experiment in ALL {
-        let own: Vec<&Source> = all
+        let own: Vec<&StoredRecord> = all
             .iter()
             .filter(|source| source.record.experiment == experiment.name)
             .collect();

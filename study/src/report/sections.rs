@@ -1,6 +1,6 @@
 //! Tables and images of each experiment.
 
-use super::source::Source;
+use super::source::StoredRecord;
 use super::table::{Column, column, megabytes, table, varied};
 use crate::formatting::number;
 use crate::record::Record;
@@ -8,7 +8,7 @@ use crate::record::Record;
 /// An image with a caption.
 pub(super) struct Figure<'a> {
     /// The record of the image.
-    pub source: &'a Source,
+    pub source: &'a StoredRecord,
     /// Name of the image.
     pub name: &'static str,
     /// The caption.
@@ -113,7 +113,7 @@ pub(crate) fn is_shown(record: &Record, part: &str) -> bool {
 }
 
 /// Returns the images to show.
-pub(super) fn pictures<'a>(name: &str, sources: &[&'a Source]) -> Vec<Figure<'a>> {
+pub(super) fn pictures<'a>(name: &str, sources: &[&'a StoredRecord]) -> Vec<Figure<'a>> {
     let mut all = Vec::new();
     for source in sources {
         let record = &source.record;

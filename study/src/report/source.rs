@@ -4,7 +4,7 @@ use crate::record::Record;
 use std::path::PathBuf;
 
 /// A record with the folder of its images.
-pub(crate) struct Source {
+pub(crate) struct StoredRecord {
     /// The record.
     pub record: Record,
     /// The folder of its images.

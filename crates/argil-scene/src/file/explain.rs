@@ -1,6 +1,6 @@
 //! Finds what is wrong with a file, and where.
 
-use super::tokens::{Source, Tokens, tokens};
+use super::tokens::{ByteSource, Tokens, tokens};
 use crate::ValidationError;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -76,7 +76,7 @@ pub(super) fn culprit(
 }
 
 /// Returns line and column, from 1, of the value at a path, or of the deepest part of the path that exists.
-pub(super) fn locate(source: Source<'_>, path: &str) -> (u64, u64) {
+pub(super) fn locate(source: ByteSource<'_>, path: &str) -> (u64, u64) {
     // The first pass already checked this part against the limits.
     let mut reader = tokens(source, None);
     let mut rest = path;

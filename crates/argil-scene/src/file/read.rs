@@ -2,7 +2,7 @@
 
 use super::error::{FORMAT_VERSION, FileError, MAX_PART_BYTES, fault_of};
 use crate::file::explain::{describe, explain, locate, position};
-use crate::file::tokens::{Meter, Source, Stop, Tokens, tokens};
+use crate::file::tokens::{ByteSource, Meter, Stop, Tokens, tokens};
 use crate::node::pose_of;
 use crate::{Group, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
 use serde::de::DeserializeOwned;
@@ -14,8 +14,8 @@ use struson::writer::{JsonStreamWriter, JsonWriter};
 /// Reads from `source`. `again` opens it once more, to find the line of an error.
 pub(super) fn read<'a>(
     path: &Path,
-    source: Source<'a>,
-    again: &dyn Fn() -> Result<Source<'a>, FileError>,
+    source: ByteSource<'a>,
+    again: &dyn Fn() -> Result<ByteSource<'a>, FileError>,
 ) -> Result<Scene, FileError> {
     let content = |line, column, fault| FileError::Content {
         path: path.into(),

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// A scene file of Argil.
 #[derive(Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Document {
+struct SceneDocument {
     /// Version of the format. It must come first.
     #[schemars(range(min = 1, max = 1))]
     pub argil: u32,
@@ -34,6 +34,6 @@ struct Document {
 /// # Panics
 /// Never: every type of the schema serializes.
 pub fn schema() -> String {
-    let schema = schemars::schema_for!(Document);
+    let schema = schemars::schema_for!(SceneDocument);
     serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
 }

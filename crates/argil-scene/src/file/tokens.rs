@@ -25,11 +25,11 @@ impl From<ReaderError> for Stop {
 pub(super) type Tokens<'a> = JsonStreamReader<Metered<'a>>;
 
 /// A source of bytes. It has one type, so that the parser is compiled once.
-pub(super) type Source<'a> = Box<dyn Read + 'a>;
+pub(super) type ByteSource<'a> = Box<dyn Read + 'a>;
 
 /// A source that returns at most a part's length between two marks. Names and numbers have no limit of their own.
 pub(super) struct Metered<'a> {
-    source: Source<'a>,
+    source: ByteSource<'a>,
     meter: Option<Meter>,
     /// Bytes that were read to detect a byte order mark, and must still be returned.
     head: Option<Vec<u8>>,
@@ -81,7 +81,7 @@ impl Read for Metered<'_> {
     }
 }
 
-pub(super) fn tokens<'a>(source: Source<'a>, meter: Option<&Meter>) -> Tokens<'a> {
+pub(super) fn tokens<'a>(source: ByteSource<'a>, meter: Option<&Meter>) -> Tokens<'a> {
     let settings = ReaderSettings {
         max_nesting_depth: Some(MAX_DEPTH),
         restrict_number_values: false,
