@@ -158,7 +158,7 @@ fn edited_bricks_are_those_of_a_fresh_bake() {
         edits += 40;
     }
     // Hardly any makes everything again.
-    println!("{rebakes} of {edits} edits made everything again");
+    println!("{rebakes} of {edits} edits caused a rebuild");
     assert!(50 * rebakes <= edits, "{rebakes} of {edits}");
 }
 
@@ -471,5 +471,5 @@ fn what_groups_hold_is_edited_in_place() {
         assert_eq!(clay.differing(&scene), 0, "seed {seed}, undone");
         rebakes += clay.rebakes;
     }
-    println!("{rebakes} of {edits} edits made everything again");
+    println!("{rebakes} of {edits} edits caused a rebuild");
 }

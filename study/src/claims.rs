@@ -14,14 +14,14 @@ pub(crate) use verdict::{Claim, Verdict};
 pub(crate) const ALL: &[Claim] = &[
     Claim {
         place: "§1.4",
-        text: "Building only what holds the surface is faster than building everything.",
-        reason: "Where a solid fills its box, few bricks of 32³ are empty: there is little to leave out, and the sparse way costs what the dense one does, and the choice besides.",
+        text: "Building only the bricks with surface is faster than building a dense volume.",
+        reason: "Where a solid fills its box, few bricks of 32³ are empty. Few bricks can be skipped, so a sparse build costs as much as a dense one, plus the selection.",
         judge: less_is_faster,
     },
     Claim {
         place: "§1.4",
         text: "An octree makes frames slower.",
-        reason: "Each step looks its brick up from the root; where rays hit soon, that is little.",
+        reason: "Each step looks its brick up from the root. Rays that hit after few steps lose little time by that.",
         judge: |all| {
             let ratios = ratios(
                 all,
@@ -33,14 +33,14 @@ pub(crate) const ALL: &[Claim] = &[
             judge(
                 &ratios,
                 |r| r > 1.0,
-                "of a frame through a dense volume without mips, one through the octree takes",
+                "frame time of the octree relative to a dense volume without mips",
             )
         },
     },
     Claim {
         place: "§1.4",
-        text: "It saves memory, as what it does not refer to need not be stored.",
-        reason: "The study's bricks stay where a dense texture has them; a pool, as sparse bricks have, gives memory back. At low resolutions aprons, tables and 16 bits outweigh what is left out.",
+        text: "An octree saves memory, because empty space is not stored.",
+        reason: "The study's octree keeps its bricks in a dense texture. Sparse bricks are in a pool, which saves memory. At low resolutions, shared samples, tables and 16-bit codes cost more than the pool saves.",
         judge: |all| {
             let octree = ratios(
                 all,
@@ -52,7 +52,7 @@ pub(crate) const ALL: &[Claim] = &[
             let (verdict, why) = judge(
                 &octree,
                 |r| r < 1.0,
-                "of a dense volume's bytes, the study's octree, whose bricks lie where a dense volume has them, holds",
+                "memory of the study's octree relative to a dense volume",
             );
             let bricks = ratios(all, "memory", "memory_bytes", is_plain_bricks, |r| {
                 r.via == "dense"
@@ -60,15 +60,15 @@ pub(crate) const ALL: &[Claim] = &[
             let (_, own) = judge(
                 &bricks,
                 |r| r < 1.0,
-                "sparse bricks, with twice the bits and materials, hold",
+                "memory of sparse bricks, with 16-bit codes and materials",
             );
             (verdict, format!("{why}; {own}"))
         },
     },
     Claim {
         place: "§1.4",
-        text: "It reduces the number of steps.",
-        reason: "Empty cells are crossed one by one, and nodes and cells are looked at besides samples: only where much is empty are samples saved.",
+        text: "An octree reduces the number of steps.",
+        reason: "Rays cross empty cells one by one, and also visit nodes and cells. Only scenes with much empty space save samples.",
         judge: |all| {
             let ratios = ratios(
                 all,
@@ -80,7 +80,7 @@ pub(crate) const ALL: &[Claim] = &[
             let (verdict, why) = judge(
                 &ratios,
                 |r| r < 1.0,
-                "of the samples through a dense volume, a ray through the octree takes",
+                "samples per ray of the octree relative to a dense volume",
             );
             let all_steps = self::ratios(
                 all,
@@ -89,33 +89,37 @@ pub(crate) const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (_, steps) = judge(&all_steps, |r| r < 1.0, "with nodes and cells counted");
+            let (_, steps) = judge(
+                &all_steps,
+                |r| r < 1.0,
+                "steps with visited nodes and cells",
+            );
             (verdict, format!("{why}; {steps}"))
         },
     },
     Claim {
         place: "§1.4",
-        text: "The pictures remain comparable to those of a finely tessellated mesh.",
-        reason: "At low resolutions flat triangles and filtered distances err in different places.",
+        text: "The images remain comparable to those of a finely tessellated mesh.",
+        reason: "At low resolutions, flat triangles and filtered distances have errors in different places.",
         judge: |all| {
             let ratios = ratios(all, "fidelity", "flip_mean", is_dense8, is_fine_faces);
             judge(
                 &ratios,
                 |r| r < 2.0,
-                "comparable is less than twice the FLIP error of triangles of the same resolution with their own normals, of which a dense volume of 8 bits has",
+                "FLIP error of an 8-bit dense volume relative to triangles of the same resolution with face normals, where less than 2 counts as comparable",
             )
         },
     },
     Claim {
         place: "§5.1.2",
-        text: "Building the tree takes the same time whatever the number of bricks; filling grows with it.",
-        reason: "The tree takes microseconds; on a CPU it grows with its nodes, on a GPU the passes' launches take most of it.",
+        text: "The time to build the tree does not depend on the number of bricks. The time to fill them does.",
+        reason: "The tree takes microseconds. On a CPU its time grows with its nodes. On a GPU, launching the passes takes most of the time.",
         judge: tree_is_constant,
     },
     Claim {
         place: "§5.2",
-        text: "Frames through the octree vary more.",
-        reason: "Both vary with what is in view; quick records have few frames.",
+        text: "Frame times of the octree vary more.",
+        reason: "Both vary with the view, and quick records have few frames.",
         judge: |all| {
             let spread = |r: &Record| -> Option<f64> {
                 let samples = r.samples.get("frame_ms")?;
@@ -131,14 +135,14 @@ pub(crate) const ALL: &[Claim] = &[
             judge(
                 &pairs,
                 |r| r > 1.0,
-                "of the milliseconds between the fastest frame and the slowest through a dense volume, through the octree they are",
+                "range of frame times of the octree, from fastest to slowest, relative to a dense volume",
             )
         },
     },
     Claim {
         place: "§5.2.1",
-        text: "No ray takes more than 128 to 134 steps, through either.",
-        reason: "Rays along silhouettes creep through a band of ±4 voxels until the limit; the study's views may have had none that long.",
+        text: "No ray takes more than 128 to 134 steps, through the octree or the dense volume.",
+        reason: "Rays along silhouettes take many short steps in a band of ±4 voxels, up to the limit. The study's views may have had no such rays.",
         judge: |all| {
             let most = |via: &str| {
                 let own = of(all, "heat").filter(|r| r.via == via);
@@ -158,7 +162,7 @@ pub(crate) const ALL: &[Claim] = &[
             (
                 verdict,
                 format!(
-                    "with 256 allowed, rays took up to {dense:.0} through dense volumes of ±4 voxels and {octree:.0} through octrees, nodes and cells counted"
+                    "with a limit of 256 steps, rays took up to {dense:.0} through dense volumes with bands of ±4 voxels, and {octree:.0} through octrees, including nodes and cells"
                 ),
             )
         },
@@ -166,7 +170,7 @@ pub(crate) const ALL: &[Claim] = &[
     Claim {
         place: "§5.2.1",
         text: "Mips would halve the number of steps.",
-        reason: "In a box that is tight around the solid rays have little way through empty space, at these resolutions; mips pay where there is more.",
+        reason: "The box is tight around the solid, so rays cross little empty space at these resolutions. Mips save steps where there is more.",
         judge: |all| {
             let ratios = ratios(
                 all,
@@ -178,14 +182,14 @@ pub(crate) const ALL: &[Claim] = &[
             judge(
                 &ratios,
                 |r| r <= 0.6,
-                "of a ray's steps without mips, with them it takes",
+                "steps per ray with mips relative to steps without",
             )
         },
     },
     Claim {
         place: "§5.3",
-        text: "Triangles are nearer to the field than the marched volume, by pixels whose Laplacians are equal.",
-        reason: "Here volumes are tight around the solid and normals are differences over a voxel's width; the study's were over another, which it names as the cause.",
+        text: "Triangles are nearer to the field than the marched volume, by the number of pixels with equal Laplacians.",
+        reason: "Here volumes are tight around the solid, and normals are differences over one voxel. The study used another step, and names it as the cause.",
         judge: |all| {
             let ratios = ratios(
                 all,
@@ -197,26 +201,26 @@ pub(crate) const ALL: &[Claim] = &[
             judge(
                 &ratios,
                 |r| r > 1.0,
-                "of the dense volume's equal pixels, triangles at 100 voxels (48 in software) with their own normals have",
+                "equal pixels of triangles with face normals at 100 voxels (48 on a software GPU), relative to a dense volume",
             )
         },
     },
     Claim {
         place: "§5.4",
-        text: "The normal decides the result: another bias alone changes the picture.",
-        reason: "The exact surface is smooth where the bias is small, and blurred where it is large.",
+        text: "The normal determines the result: another bias alone changes the image.",
+        reason: "A small bias gives the exact surface, and a large one blurs it.",
         judge: biases_matter,
     },
     Claim {
         place: "§5.5",
-        text: "A sparse structure is either easily edited or fast to march.",
-        reason: "An edit makes the touched bricks alone again, and cells without a brick know how far the surface is, so that rays need no tree.",
+        text: "A sparse structure is either easy to edit or fast to march.",
+        reason: "An edit rebuilds only the bricks that it touches. Empty cells store a distance to the surface, so rays need no tree.",
         judge: both_at_once,
     },
     Claim {
         place: "§6",
         text: "Bricks need not be larger than 8³.",
-        reason: "Larger bricks are filtered over longer ways; smaller ones skip more.",
+        reason: "Rays take more samples in larger bricks, and skip more space between smaller ones.",
         judge: |all| {
             let ratios = ratios(
                 all,
@@ -228,7 +232,7 @@ pub(crate) const ALL: &[Claim] = &[
             judge(
                 &ratios,
                 |r| r < 1.1,
-                "of a frame through sparse bricks of 16³, one through 8³ takes",
+                "frame time of sparse bricks of 8³ relative to 16³",
             )
         },
     },

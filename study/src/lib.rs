@@ -161,7 +161,7 @@ fn run(case: &StudyCase, engine: &Engine, plan: &Plan, mut record: Record) -> (R
         let text = panic.downcast_ref::<String>().cloned();
         let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
         Err(anyhow::anyhow!(
-            "a fault in Argil: {}",
+            "internal error: {}",
             text.unwrap_or_default()
         ))
     });

@@ -110,7 +110,7 @@ fn run(options: &Study) -> anyhow::Result<()> {
     argil_study::report(std::slice::from_ref(&options.output), &report)?;
     let failed = (summary.failed > 0).then(|| {
         anyhow::anyhow!(
-            "{} cases failed: the report says why, in their rows",
+            "{} cases failed: their rows in the report give the reasons",
             summary.failed
         )
     });
@@ -128,7 +128,7 @@ fn run(options: &Study) -> anyhow::Result<()> {
     }
     println!("{}", report.display());
     println!(
-        "{} cases, {} of them failed, {} checks did not hold",
+        "{} cases, {} of them failed, {} checks failed",
         summary.done, summary.failed, summary.broken
     );
     failed.map_or(Ok(()), Err)
@@ -143,7 +143,7 @@ fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
             let mut all = vec![Engine::cpu()];
             match Engine::with_backend(Backend::Gpu) {
                 Ok(gpu) => all.push(gpu),
-                Err(error) => eprintln!("argil-study: the CPU alone is measured: {error}"),
+                Err(error) => eprintln!("argil-study: measuring the CPU only: {error}"),
             }
             all
         }

@@ -40,7 +40,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<StoredRecord>> {
         };
         anyhow::ensure!(
             !is_same(&file),
-            "{}: these are the records; name another file",
+            "{}: contains the records: choose another path",
             out.display()
         );
         for record in Store::read(place)? {
@@ -53,7 +53,7 @@ fn read(places: &[PathBuf], out: &Path) -> anyhow::Result<Vec<StoredRecord>> {
     }
     anyhow::ensure!(
         !out.exists() || out.is_file(),
-        "{}: is no ordinary file; name another",
+        "{}: not a regular file: choose another path",
         out.display()
     );
     tell_apart(&mut all);
@@ -101,13 +101,13 @@ fn save(text: &str, out: &Path) -> anyhow::Result<()> {
 pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     let all = read(places, out)?;
     let mut text = String::from(
-        "# What the study found\n\nMade of records by `argil study findings`; every number is theirs.\n",
+        "# Findings of the study\n\n`argil study findings` generated this page from the records in `study/records`.\n",
     );
     let borrowed: Vec<&Record> = all.iter().map(|source| &source.record).collect();
     for line in page::machines(&borrowed) {
         text += &format!("\n* {line}");
     }
-    text += "\n\n## Its claims\n\n| the 2023 study | says | our records |\n| --- | --- | --- |\n";
+    text += "\n\n## Claims of the 2023 study\n\n| section | claim | our records |\n| --- | --- | --- |\n";
     for claim in claims::ALL {
         let (verdict, why) = (claim.judge)(&borrowed);
         let why = claims::with_reason(claim, verdict, why);
@@ -128,7 +128,7 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
             continue;
         }
         text += &format!(
-            "\n## {}\n\n{}\n\n*There:* {}\n",
+            "\n## {}\n\n{}\n\n*In the study:* {}\n",
             experiment.title, experiment.question, experiment.study
         );
         for sentence in sentences::sentences(experiment.name, &own) {

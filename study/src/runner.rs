@@ -202,18 +202,18 @@ fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) ->
 
 fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
     let [width, height] = drawn.size;
-    RgbImage::from_raw(width, height, drawn.rgb).context("a picture of another size")
+    RgbImage::from_raw(width, height, drawn.rgb).context("the images have different sizes")
 }
 
 /// Converts an image for metrics and for storage.
 fn measured(own: &RgbImage) -> anyhow::Result<Rgb8Image> {
     let measured = Rgb8Image::new(own.dimensions().into(), own.as_raw().clone());
-    measured.context("a picture of another size")
+    measured.context("the images have different sizes")
 }
 
 fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
     let [width, height] = own.size();
-    RgbImage::from_raw(width, height, own.rgb().to_vec()).context("a picture of another size")
+    RgbImage::from_raw(width, height, own.rgb().to_vec()).context("the images have different sizes")
 }
 
 fn picture(
@@ -329,7 +329,7 @@ fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
     let (all, exact) = points(world, count);
     let volume = world
         .query_volume()
-        .context("no distances are asked of it")?;
+        .context("this configuration stores no distances")?;
     // Cells without a brick provide a bound, not a stored distance.
     let (all, exact): (Vec<_>, Vec<_>) = match world.volume()?.as_deref() {
         Some(Volume::Bricks(bricks)) => all
@@ -355,7 +355,7 @@ fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
 
 fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
     let Representation::Mesh(via) = way.via() else {
-        anyhow::bail!("a surface is compared of triangles");
+        anyhow::bail!("surface errors need triangles");
     };
     let options = MeshOptions {
         method: via.method,
@@ -391,7 +391,8 @@ fn surface(world: &World, way: Configuration, count: u32, out: &mut Outcome) -> 
         .into_iter()
         .map(Vec3::from)
         .collect();
-    let solid = argil::mesh::MeshSdf::new(&mesh).context("triangles without an area")?;
+    let solid =
+        argil::mesh::MeshSdf::new(&mesh).context("the mesh has no triangles with an area")?;
     let apart = SurfaceDistance::of(
         (&own, &|p: Vec3| solid.distance(p)),
         (&exact, &|p: Vec3| world.distance(p.to_array())),
@@ -438,7 +439,7 @@ fn lost(world: &World, out: &mut Outcome) -> anyhow::Result<()> {
             .into_iter()
             .filter(|&p| !bricks.has_brick(p.into()))
             .count(),
-        _ => anyhow::bail!("bricks are looked for where there are some"),
+        _ => anyhow::bail!("lost bricks need a representation with bricks"),
     };
     out.set("lost_bricks", missing as f64);
     Ok(())

@@ -150,7 +150,7 @@ pub(crate) struct VolumeArgs {
     /// Mesh: shade each triangle with its own normal, as the 2023 study did
     #[arg(long)]
     pub flat: bool,
-    /// Dense on a GPU: how to fill the texture [default: tiles]
+    /// Dense on a GPU: how to fill the texture [default: tiled]
     #[arg(long, value_enum)]
     pub fill: Option<DenseFill>,
 }
@@ -247,7 +247,7 @@ pub(crate) enum MeshUnit {
 pub(crate) struct EditArgs {
     /// A scene file, which is baked first, or a volume file
     pub scene: PathBuf,
-    /// The edits, one JSON object per line. "edit" is insert (parent, index, entry), remove (node), replace (node, entry), move
+    /// The edits, one JSON object per line. "edit" is insert (into, index, entry), remove (node), replace (node, entry), move
     /// (node, into, index), transform (node, by), set_visible (node, visible), set_material (name, material), rename_meshes
     /// (paths), undo, redo, begin_stroke or end_stroke. A node is a path such as brushes[2].brushes[0]
     #[arg(long, value_name = "FILE")]

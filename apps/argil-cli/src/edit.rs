@@ -241,7 +241,7 @@ fn report(
         at(1.0).unwrap_or(0.0)
     ));
     if rebuilt > 0 {
-        output::line(&format!("{rebuilt} of them made everything again:"));
+        output::line(&format!("{rebuilt} of them caused a rebuild:"));
         let mut reasons: Vec<String> = done
             .iter()
             .filter_map(|d| d.applied.reason)
@@ -253,7 +253,7 @@ fn report(
         }
     }
     if differing == Some(0) {
-        output::line("the same as a fresh bake");
+        output::line("identical to a fresh bake");
     }
 }
 

@@ -61,7 +61,7 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
     );
     let report = MeshReport::of(&mesh.welded());
     let mut about = output::mesh(&report);
-    let own = json!({ "vertices": mesh.positions.len(), "places": report.vertices });
+    let own = json!({ "vertices": mesh.positions.len(), "welded_vertices": report.vertices });
     output::extend(&mut about, own);
     print(options, &about);
     Ok(())

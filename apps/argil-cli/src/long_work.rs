@@ -22,20 +22,17 @@ fn reasons(program: &Program, via: Representation) -> Vec<String> {
     let brushes = program.brush_count();
     if brushes > MANY_BRUSHES {
         let remedy = match via {
-            Representation::Field => {
-                "; a picture of bricks is drawn sooner, once they are baked (--via bricks)"
-            }
+            Representation::Field => ". Bricks render faster once they are baked (--via bricks)",
             _ => "",
         };
         all.push(format!(
-            "this takes long, as the scene has {brushes} brushes{remedy}"
+            "this will be slow: the scene has {brushes} brushes{remedy}"
         ));
     }
     let copies = program.max_copies();
     if copies > MANY_COPIES {
         all.push(format!(
-            "this takes long, as {copies} copies of a brush are measured around each point: copies that overlap reach far, and \
-             repeats within repeats multiply; a wider spacing needs fewer"
+            "this will be slow: each point evaluates {copies} copies of a brush. Increase the spacing, or nest fewer repeats"
         ));
     }
     all

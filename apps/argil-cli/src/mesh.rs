@@ -180,8 +180,8 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
         "mesh_ms": meshed.duration_ms,
         "stages_ms": stages,
         "vertices": meshed.mesh.positions.len(),
-        "off_voxels": { "rms": meshed.surface_error.rms_voxels, "max": meshed.surface_error.max_voxels },
-        "simplified_by": meshed.simplification_error,
+        "surface_error_voxels": { "rms": meshed.surface_error.rms_voxels, "max": meshed.surface_error.max_voxels },
+        "simplification_error": meshed.simplification_error,
         "lods": lods.iter().map(|(path, lod)| json!({
             "mesh": path.display().to_string(),
             "triangles": lod.report.triangles,
@@ -189,8 +189,8 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
             "watertight": lod.report.is_watertight(),
             "open_edges": lod.report.open_edges,
             "non_manifold_edges": lod.report.non_manifold_edges,
-            "simplified_by": lod.simplification_error,
-            "off_voxels": { "rms": lod.surface_error.rms_voxels, "max": lod.surface_error.max_voxels },
+            "simplification_error": lod.simplification_error,
+            "surface_error_voxels": { "rms": lod.surface_error.rms_voxels, "max": lod.surface_error.max_voxels },
         })).collect::<Vec<_>>(),
         "memory_bytes": meshed.mesh.memory_bytes(),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),
@@ -218,14 +218,14 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
         "flipped_edges",
         "area",
         "enclosed_volume",
-        "off_voxels",
+        "surface_error_voxels",
         "memory_bytes",
     ] {
         output::pair(key, &whole[key]);
     }
     for (path, lod) in lods {
         output::line(&format!(
-            "{}: {} triangles, off by {:.4} at most, {}",
+            "{}: {} triangles, surface error at most {:.4}, {}",
             path.display(),
             lod.report.triangles,
             lod.simplification_error,

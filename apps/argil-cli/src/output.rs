@@ -45,7 +45,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
         "box": [bounds.min.to_array(), bounds.max.to_array()],
         "voxel": info.voxel_grid.voxel_size,
         // An infinite solid ends at the box.
-        "is_cut_by_box": info.voxel_grid.is_clipped,
+        "is_clipped": info.voxel_grid.is_clipped,
         "bits": 8 * info.encoding.format.bytes(),
         "band_voxels": info.encoding.band.voxels(),
         "memory_bytes": info.memory_bytes,
@@ -57,7 +57,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
             json!({
                 "brick": sparse.layout.brick_size_voxels,
                 "bricks": sparse.bricks,
-                "most_bricks": cells.iter().product::<u64>(),
+                "max_bricks": cells.iter().product::<u64>(),
                 "brick_bytes": sparse.bricks * sparse.layout.brick_bytes(),
             })
         }
@@ -68,7 +68,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
                 "brick": side,
                 "depth": tree.layout.depth,
                 "bricks": tree.bricks,
-                "most_bricks": tree.layout.capacity(),
+                "max_bricks": tree.layout.capacity(),
                 "nodes": tree.nodes,
                 "brick_bytes": tree.bricks * side * side * side * texel,
             })

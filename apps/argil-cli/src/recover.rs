@@ -25,7 +25,7 @@ pub(crate) fn run(options: &Recover) -> anyhow::Result<()> {
         found.scene.brush_count(),
         found.edits,
         if found.torn_bytes > 0 {
-            "; the one in flight was not whole and is left out"
+            "; the last edit was incomplete and was dropped"
         } else {
             ""
         }

@@ -284,10 +284,11 @@ fn report(
         engine.device(),
         engine.selection_reason()
     ));
+    let count = world.program().brush_count();
     let median = times["median"].as_f64().unwrap_or(0.0);
     output::line(&format!(
-        "{} brushes, built in {build_ms:.1} ms, drawn in {median:.1} ms{}",
-        world.program().brush_count(),
+        "{count} {}, built in {build_ms:.1} ms, rendered in {median:.1} ms{}",
+        if count == 1 { "brush" } else { "brushes" },
         if frame_ms.len() > 1 {
             format!(
                 " (median of {} frames; min {:.1}, max {:.1})",
@@ -307,7 +308,7 @@ fn report(
         ));
     }
     output::line(&format!(
-        "{} pixels hit; steps a ray: mean {:.1}, p95 {}, max {}",
+        "{} pixels hit; steps per ray: mean {:.1}, p95 {}, max {}",
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
     if matches!(kept, Representation::Octree(_)) {

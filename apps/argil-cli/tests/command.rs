@@ -131,7 +131,7 @@ fn scenes_that_take_long_say_why() {
     assert_eq!(draw([2.0, 20.0]), "");
     let warned = draw([0.25, 0.5]);
     assert!(
-        warned.contains("many.json: this takes long, as 320 copies"),
+        warned.contains("many.json: this will be slow: each point evaluates 320 copies"),
         "{warned}"
     );
 }

@@ -125,10 +125,7 @@ fn a_log_can_bring_a_mesh() {
     ];
     let output = argil(&[&run[..], &["--json"]].concat());
     let warned = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        warned.contains("suzanne.obj: 4 holes were closed"),
-        "{warned}"
-    );
+    assert!(warned.contains("suzanne.obj: closed 4 holes"), "{warned}");
     assert_eq!(json(&output)["differing_cells"], 0);
     // Only the first line can have such a mark, and a file that is not there is named.
     std::fs::write(&edits, format!("{edit}\n\u{feff}{edit}\n")).expect("a file");

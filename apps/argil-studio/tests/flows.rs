@@ -329,7 +329,7 @@ fn meshes_are_exported_and_imported_beside_the_window() {
     std::fs::write(&open, format!("{corners}{faces}")).expect("a file");
     desk.answers.borrow_mut().push(open);
     desk.press(Modifiers::COMMAND, Key::I);
-    desk.until_told("1 holes were closed");
+    desk.until_told("closed 1 hole");
     let picture = folder.path().join("ball.png");
     desk.answers.borrow_mut().push(picture.clone());
     desk.press(Modifiers::COMMAND, Key::P);

@@ -32,6 +32,11 @@ pub struct RepairReport {
     pub hole_box: [f32; 6],
 }
 
+/// Formats a number of things.
+fn counted(count: u64, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
 impl RepairReport {
     /// Describes what a user should know: what was dropped or filled, and where. One sentence each.
     pub fn warnings(&self) -> Vec<String> {
@@ -39,21 +44,21 @@ impl RepairReport {
         let mut all = Vec::new();
         if self.not_finite > 0 {
             all.push(format!(
-                "{} triangles were left out, as they have corners that are not finite numbers",
-                self.not_finite
+                "dropped {} with vertices that are not finite",
+                counted(self.not_finite, "triangle")
             ));
         }
         if self.sheets > 0 {
             all.push(format!(
-                "{} flat parts were left out, as they enclose nothing, within {}: give them a thickness",
-                self.sheets,
+                "dropped {} without a volume, within {}: use a thickness to keep such parts",
+                counted(self.sheets, "flat part"),
                 held(self.sheet_box)
             ));
         }
         if self.holes > 0 {
             all.push(format!(
-                "{} holes were closed, within {}: if these are openings of thin walls, give those a thickness",
-                self.holes,
+                "closed {}, within {}: if thin walls are open there, use a thickness",
+                counted(self.holes, "hole"),
                 held(self.hole_box)
             ));
         }

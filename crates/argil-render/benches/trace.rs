@@ -85,7 +85,7 @@ fn main() {
                 assert!(off < EXPECTED_HITS / 100, "{name}: {}", picture.hit_pixels);
             }
             println!(
-                "{threads} threads, {name}: median {:.1} ms, min {:.1} ms, {} hits, {:.2} steps a ray",
+                "{threads} threads, {name}: median {:.1} ms, min {:.1} ms, {} hits, {:.2} steps per ray",
                 times.0, times.1, picture.hit_pixels, picture.statistics.steps.mean
             );
         }

@@ -31,11 +31,15 @@ pub enum ImportError {
         source: std::io::Error,
     },
     /// The file is not JSON, or not an object of objects.
-    #[error("{path}: {reason}")]
+    #[error("{path}:{line}:{column}: not a tree file: {reason}")]
     Syntax {
         /// Path of the file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The line, from 1.
+        line: u64,
+        /// The column, from 1.
+        column: u64,
+        /// What is wrong there.
         reason: String,
     },
     /// A node of the tree cannot be used.
@@ -78,10 +82,7 @@ impl Scene {
         let file = std::fs::File::open(path).map_err(io)?;
         let tree = read_tree(file).map_err(|error| match error {
             ReaderError::IoError { error, .. } => io(error),
-            other => ImportError::Syntax {
-                path: path.into(),
-                reason: other.to_string(),
-            },
+            other => syntax_error(path, &other),
         })?;
         to_scene(&tree).map_err(|(index, fault)| ImportError::Node {
             path: path.into(),
@@ -89,6 +90,42 @@ impl Scene {
             node: way_to(&tree, index),
             fault,
         })
+    }
+}
+
+/// Returns an error with line and column of a file that is no tree.
+fn syntax_error(path: &Path, error: &ReaderError) -> ImportError {
+    let (location, reason) = match error {
+        ReaderError::SyntaxError(own) => (Some(&own.location), "invalid JSON".into()),
+        ReaderError::UnexpectedValueType {
+            expected,
+            actual,
+            location,
+        } => {
+            let [expected, actual] = [expected, actual].map(|own| own.to_string().to_lowercase());
+            (
+                Some(location),
+                format!("expected {expected}, found {actual}"),
+            )
+        }
+        ReaderError::UnexpectedStructure { location, .. } => {
+            (Some(location), "unexpected end of an object".into())
+        }
+        ReaderError::MaxNestingDepthExceeded { location, .. } => {
+            (Some(location), "objects are nested too deeply".into())
+        }
+        ReaderError::UnsupportedNumberValue { number, location } => (
+            Some(location),
+            format!("the number {number} is out of range"),
+        ),
+        other => (None, other.to_string()),
+    };
+    let place = location.and_then(|own| own.line_pos.as_ref());
+    ImportError::Syntax {
+        path: path.into(),
+        line: place.map_or(1, |own| own.line + 1),
+        column: place.map_or(1, |own| own.column + 1),
+        reason,
     }
 }
 

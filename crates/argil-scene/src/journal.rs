@@ -55,7 +55,7 @@ pub enum JournalError {
     Scene(#[from] FileError),
     /// A line before the last one is damaged.
     #[error(
-        "{path}:{line}: this line is damaged and more lines follow: to recover the edits before it, copy the file and cut the copy there"
+        "{path}:{line}: this line is damaged and more lines follow: to recover the edits before it, truncate a copy of the file before this line"
     )]
     Damaged {
         /// Path of the file.

@@ -94,7 +94,7 @@ pub(super) fn judge(
         all.iter().filter(|h| **h).count(),
         all.len()
     );
-    (verdict(&all), format!("{what} {range} ({held})"))
+    (verdict(&all), format!("{what}: {range} ({held})"))
 }
 
 /// Returns the verdict of single results.
@@ -154,7 +154,7 @@ pub(super) fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
         };
         let number = crate::formatting::number;
         told.push(format!(
-            "on {device} an octree of {} bricks takes {} of the time of the whole volume, one of {} bricks {}",
+            "on {device}, the octree with the fewest bricks ({}) takes {} times as long to build as the dense volume, and the one with the most ({}) {} times",
             number(few.0),
             number(few.1 / whole),
             number(many.0),
@@ -173,7 +173,7 @@ pub(super) fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
         holds.extend(of_scenes.iter().map(|(_, r)| *r < 1.0));
         let range = ranges(&of_scenes, "");
         told.push(format!(
-            "of the brick and the teapot, whose boxes are tight, it takes {range}"
+            "for the brick and the teapot, whose boxes are tight, this ratio is {range}"
         ));
     }
     if told.is_empty() {
@@ -202,7 +202,7 @@ pub(super) fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
     for device in devices {
         if let Some((tree, fill)) = ends(device, "tree_ms").zip(ends(device, "fill_ms")) {
             told.push(format!(
-                "on {device}, from the fewest bricks to the most, the tree takes {tree:.1} times as long and filling {fill:.1} times"
+                "on {device}, from the fewest bricks to the most, the time of the tree grows by a factor of {tree:.1}, and the time to fill the bricks by {fill:.1}"
             ));
             holds.push(tree < 2.0 && fill > 2.0);
         }
@@ -236,7 +236,7 @@ pub(super) fn biases_matter(all: &[&Record]) -> (Verdict, String) {
         .map(|(_, least, most)| *most > 1.5 * least)
         .collect();
     let told = devices.iter().map(|(device, least, most)| {
-        format!("on {device}, over the biases that were tried, the mean difference of Laplacians goes from {least:.2} to {most:.2} of 255")
+        format!("on {device}, the mean difference of Laplacians is {least:.2} to {most:.2} of 255, depending on the bias")
     });
     (verdict(&held), told.collect::<Vec<_>>().join("; "))
 }
@@ -268,7 +268,7 @@ pub(super) fn both_at_once(all: &[&Record]) -> (Verdict, String) {
     let (_, marched) = judge(
         &frames,
         |r| r <= 1.0,
-        "of a frame through a dense volume with mips, one through sparse bricks takes",
+        "frame time of sparse bricks relative to a dense volume with mips",
     );
     // The claim is refuted where both hold.
     let slow = frames.iter().map(|(_, r)| *r > 1.0);
@@ -277,7 +277,7 @@ pub(super) fn both_at_once(all: &[&Record]) -> (Verdict, String) {
     (
         verdict(&slow),
         format!(
-            "{marched}, and an edit of them takes {edits} (medians), of making a dense volume again {again}"
+            "{marched}; the median edit takes {edits}, and relative to a rebuild of the dense volume {again}"
         ),
     )
 }

@@ -39,7 +39,7 @@ pub(super) fn machines(records: &[&Record]) -> Vec<String> {
         } else {
             let clocks = clocks(records, &m.device);
             format!(
-                "{} ({}{clocks}), beside {}",
+                "{} ({}{clocks}), on a host with {}",
                 m.device, m.driver, m.processor
             )
         };
@@ -64,13 +64,13 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
         all.len()
     };
     let mut text = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Argil: the study</title><style>{STYLE}</style></head><body><main><h1>Sparse signed distance fields: built, edited, drawn</h1><p>How do sparse structures for signed distance fields change the time and the likeness of building and drawing worlds that can be edited at will? A study of 2023 asked this; here all that it measured is measured again, and what it left out.</p>"
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>Argil: the study</title><style>{STYLE}</style></head><body><main><h1>Sparse signed distance fields: building, editing, rendering</h1><p>How do sparse structures for signed distance fields change the time to build, edit and render a world, and the error of its images? A 2023 study asked this. This report repeats its measurements, and adds those that it left out.</p>"
     );
     text += "<ul>";
     for line in machines(&records) {
         text += &format!("<li>{}</li>", escaped(&line));
     }
-    text += "</ul><nav><a href=\"#claims\">Its claims</a>";
+    text += "</ul><nav><a href=\"#claims\">Claims</a>";
     let has = |name: &str| records.iter().any(|r| r.experiment == name);
     for experiment in ALL.iter().filter(|e| has(e.name)) {
         text += &format!(
@@ -79,7 +79,7 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
             escaped(experiment.title)
         );
     }
-    text += "</nav><section id=\"claims\"><h2>Its claims, one by one</h2><div class=\"wide\"><table class=\"claims\"><thead><tr><th>where</th><th>what it says</th><th></th><th>our records</th></tr></thead><tbody>";
+    text += "</nav><section id=\"claims\"><h2>Claims of the 2023 study</h2><div class=\"wide\"><table class=\"claims\"><thead><tr><th>section</th><th>claim</th><th>verdict</th><th>our records</th></tr></thead><tbody>";
     for claim in claims::ALL {
         let (verdict, why) = (claim.judge)(&records);
         let why = claims::with_reason(claim, verdict, why);
@@ -102,7 +102,7 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
         }
         let rows: Vec<&Record> = own.iter().map(|source| &source.record).collect();
         text += &format!(
-            "<section id=\"{}\"><h2>{}</h2><p class=\"question\">{}</p><p><b>The study:</b> {}</p>",
+            "<section id=\"{}\"><h2>{}</h2><p class=\"question\">{}</p><p><b>In the study:</b> {}</p>",
             experiment.name,
             escaped(experiment.title),
             escaped(experiment.question),
@@ -113,7 +113,7 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
         }
         for plot in plots::plots(experiment.name, &rows) {
             text += &format!(
-                "<figure class=\"plot\">{plot}<figcaption class=\"command\">made by <code>argil study --only {}</code></figcaption></figure>",
+                "<figure class=\"plot\">{plot}<figcaption class=\"command\">created by <code>argil study --only {}</code></figcaption></figure>",
                 experiment.name
             );
         }
@@ -162,11 +162,11 @@ fn picture(shown: &sections::Figure<'_>) -> String {
     });
     match encoded {
         Some(data) => format!(
-            "<figure><img loading=\"lazy\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}<details class=\"command\"><summary>made by</summary><code>{}</code></details></figcaption></figure>",
+            "<figure><img loading=\"lazy\" alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}<details class=\"command\"><summary>created by</summary><code>{}</code></details></figcaption></figure>",
             escaped(command)
         ),
         None => format!(
-            "<figure><figcaption>{caption}: the picture is not beside the records</figcaption></figure>"
+            "<figure><figcaption>{caption}: the image file is missing</figcaption></figure>"
         ),
     }
 }

@@ -23,10 +23,10 @@ pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
             }
             "heat" => {
                 let title = format!("Mean steps, {device}");
-                all.push(by_scene(&own, "steps_mean", "steps a ray", &title, false));
+                all.push(by_scene(&own, "steps_mean", "steps per ray", &title, false));
             }
             "fidelity" => {
-                let title = format!("Error as a viewer sees it, {device}");
+                let title = format!("FLIP error, {device}");
                 all.push(by_scene(&own, "flip_mean", "FLIP", &title, false));
                 all.push(histograms(&own, device));
             }
@@ -68,7 +68,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         all
     };
     for (name, value) in [
-        ("octree, all", "build_ms"),
+        ("octree, total", "build_ms"),
         ("select", "select_ms"),
         ("sort", "sort_ms"),
         ("fill", "fill_ms"),
@@ -85,7 +85,10 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         .filter(|r| r.via == "octree" && !plain(&r))
         .collect();
     if !sorted.is_empty() {
-        series.push(("all, the study's sort".into(), points(&sorted, "build_ms")));
+        series.push((
+            "total, the study's sort".into(),
+            points(&sorted, "build_ms"),
+        ));
     }
     let title = format!("Building an octree, {device} (the study's figure 21)");
     let line = lines(axes(&title, "bricks", "ms", false, false), &series);
@@ -106,7 +109,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         }
     }
     stacks.retain(|(_, own)| own.iter().any(Option::is_some));
-    let title = format!("The same by stage, {device} (figure 22)");
+    let title = format!("Building an octree by stage, {device} (figure 22)");
     vec![
         line,
         bars(
@@ -301,7 +304,7 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
     vec![
         lines(
             axes(
-                &title("An edit against the number of brushes"),
+                &title("Edit time by number of brushes"),
                 "brushes",
                 "ms",
                 true,
@@ -311,7 +314,7 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
         ),
         lines(
             axes(
-                &title("An edit against the resolution"),
+                &title("Edit time by resolution"),
                 "voxels along a side",
                 "ms",
                 true,
@@ -321,8 +324,8 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
         ),
         lines(
             axes(
-                &title("An edit against the volume that it touches"),
-                "dirty box, cubic units",
+                &title("Edit time by touched volume"),
+                "volume of the dirty box, cubic units",
                 "ms",
                 true,
                 true,
@@ -341,7 +344,7 @@ fn strides(own: &[&Record], device: &str) -> Vec<String> {
         all.push(lines(axes, &points));
     }
     let points = along(own, "stride", "flip_mean");
-    let title = format!("Error of the picture, {device}");
+    let title = format!("Image error, {device}");
     let axes = axes(&title, "texture stride", "FLIP", true, false);
     all.push(lines(axes, &points));
     all

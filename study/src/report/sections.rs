@@ -17,9 +17,9 @@ pub(super) struct Figure<'a> {
 
 const TIMES: &[Column] = &[
     column("frame, ms", "frame_ms"),
-    column("steps a ray", "steps_mean"),
+    column("steps per ray", "steps_mean"),
     column("95 % of rays", "steps_p95"),
-    column("most", "steps_max"),
+    column("max", "steps_max"),
     column("samples", "samples_mean"),
     column("nodes", "descents_mean"),
     column("cells", "cells_mean"),
@@ -45,7 +45,7 @@ const IMAGE_ERROR_COLUMNS: &[Column] = &[
     column("SSIM", "ssim"),
     column("equal pixels (Laplacian)", "laplacian_equal_pixels"),
     column("Laplacian, of 255", "laplacian_mean_abs"),
-    column("depth RMS, of the radius", "depth_rms"),
+    column("depth RMS, per radius", "depth_rms"),
     column("missed pixels", "missed_pixels"),
     column("added pixels", "added_pixels"),
     column("triangles", "triangles"),
@@ -54,7 +54,7 @@ const IMAGE_ERROR_COLUMNS: &[Column] = &[
 
 const EDITS: &[Column] = &[
     column("edit, ms", "edit_ms"),
-    column("bricks an edit", "edited_bricks"),
+    column("bricks per edit", "edited_bricks"),
     column("dirty volume", "dirty_volume"),
     column("brushes", "brushes"),
     column("bricks", "bricks"),
@@ -64,7 +64,7 @@ const EDITS: &[Column] = &[
 const ERRORS: &[Column] = &[
     column("RMS, voxels", "error_voxels_rms"),
     column("mean", "error_voxels_mean"),
-    column("most", "error_voxels_max"),
+    column("max", "error_voxels_max"),
     column("points", "points"),
     megabytes("MB", "memory_bytes"),
     column("FLIP", "flip_mean"),
@@ -73,10 +73,10 @@ const ERRORS: &[Column] = &[
 
 const SURFACES: &[Column] = &[
     column("triangles", "triangles"),
-    column("corners", "vertices"),
+    column("vertices", "vertices"),
     megabytes("MB", "memory_bytes"),
     column("mesh, ms", "mesh_ms"),
-    column("corners off, voxels RMS", "off_rms_voxels"),
+    column("vertex error, voxels RMS", "off_rms_voxels"),
     column("Hausdorff, voxels", "hausdorff_voxels"),
     column("Chamfer, voxels", "chamfer_voxels"),
     column("watertight", "watertight"),
@@ -126,13 +126,13 @@ pub(super) fn pictures<'a>(name: &str, sources: &[&'a StoredRecord]) -> Vec<Figu
                 }
                 if part == "laplacian" {
                     text += if record.via == "field" {
-                        ": its Laplacian, the difference from a blank picture"
+                        ": its Laplacian, the difference from a blank image"
                     } else {
                         ": difference of Laplacians"
                     };
                 }
                 if let Some(steps) = record.value("steps_mean").filter(|_| name == "heat") {
-                    text += &format!(": {} steps a ray", number(steps));
+                    text += &format!(": {} steps per ray", number(steps));
                 }
                 all.push(Figure {
                     source,

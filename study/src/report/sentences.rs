@@ -35,7 +35,9 @@ pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     }
     let failed = records.iter().filter(|r| r.error.is_some()).count();
     if failed > 0 {
-        all.push(format!("{failed} cases failed; their rows say why."));
+        all.push(format!(
+            "{failed} cases failed; their rows give the reasons."
+        ));
     }
     all
 }
@@ -74,7 +76,7 @@ fn construction(own: &[&Record]) -> Option<String> {
     let filled = many.value("bricks")? * many.parameter("brick")?.powi(3);
     let times = 1024.0 * 1024.0 * 512.0 / filled;
     Some(format!(
-        "an octree of {} brick takes {} ms, one of {} bricks {} ms, of which filling is {} %. Extrapolated to 1024×1024×512 voxels, all of them filled, {} times as many, {} ms. The same volume filled as a dense one takes {} ms.",
+        "the octree with the fewest bricks ({}) takes {} ms to build. The one with the most ({}) takes {} ms, and {} % of that fills bricks. Extrapolated to 1024×1024×512 filled voxels, {} times as many, it takes {} ms. A dense volume of the same scene takes {} ms.",
         number(few.value("bricks")?),
         number(few.value("build_ms")?),
         number(many.value("bricks")?),
@@ -97,10 +99,12 @@ fn dense_fill(own: &[&Record]) -> Option<String> {
             "build_ms",
         ) {
             Some(naive) => {
-                format!("by tiles a dense volume takes {tiled} ms, a thread a group {naive} ms.")
+                format!(
+                    "a dense volume takes {tiled} ms when filled by tiles, and {naive} ms with one thread per workgroup."
+                )
             }
             None => format!(
-                "a dense volume takes {tiled} ms, an octree {} ms, sparse bricks {} ms.",
+                "a dense volume takes {tiled} ms, an octree {} ms, and sparse bricks {} ms.",
                 spread(via(own, "octree"), "build_ms")?,
                 spread(via(own, "bricks"), "build_ms")?
             ),
@@ -110,7 +114,7 @@ fn dense_fill(own: &[&Record]) -> Option<String> {
 
 fn frames(own: &[&Record]) -> Option<String> {
     Some(format!(
-        "medians of frames go from {} ms through the field, {} through a dense volume with mips, {} through the octree and {} through sparse bricks.",
+        "median frame times are {} ms for the field, {} ms for a dense volume with mips, {} ms for the octree, and {} ms for sparse bricks.",
         spread(via(own, "field"), "frame_ms")?,
         spread(via(own, "dense, mips"), "frame_ms")?,
         spread(via(own, "octree"), "frame_ms")?,
@@ -120,7 +124,7 @@ fn frames(own: &[&Record]) -> Option<String> {
 
 fn heat(own: &[&Record]) -> Option<String> {
     Some(format!(
-        "a ray takes {} steps on average through a dense volume, {} with mips, {} through the octree (nodes and cells counted), {} through sparse bricks.",
+        "the mean number of steps per ray is {} for a dense volume, {} with mips, {} for the octree (including nodes and cells), and {} for sparse bricks.",
         spread(via(own, "dense"), "steps_mean")?,
         spread(via(own, "dense, mips"), "steps_mean")?,
         spread(via(own, "octree"), "steps_mean")?,
@@ -138,7 +142,7 @@ fn fidelity(own: &[&Record]) -> Option<String> {
         "flip_mean",
     )?;
     Some(format!(
-        "FLIP errors against the field's normals are {} for dense volumes, {} for sparse bricks, {faces} for triangles with their own normals and {smooth} for triangles with the field's.",
+        "the FLIP error against the field, rendered as normals, is {} for dense volumes, {} for sparse bricks, {faces} for triangles with face normals, and {smooth} for triangles with the field's normals.",
         spread(via(own, "dense"), "flip_mean")?,
         spread(via(own, "bricks"), "flip_mean")?
     ))
@@ -146,12 +150,12 @@ fn fidelity(own: &[&Record]) -> Option<String> {
 
 fn normals(own: &[&Record]) -> Option<String> {
     Some(format!(
-        "differences of Laplacians are {} of 255 {}, {} over the normals of sparse bricks.",
+        "the mean difference of Laplacians is {} of 255 {}, and {} over the kinds of normals of sparse bricks.",
         spread(via(own, "dense"), "laplacian_mean_abs")?,
         if via(own, "dense").count() > 1 {
             "over the biases of a dense volume"
         } else {
-            "for a dense volume with a bias of a voxel"
+            "for a dense volume with a bias of one voxel"
         },
         spread(via(own, "bricks"), "laplacian_mean_abs")?
     ))
@@ -163,7 +167,7 @@ fn strides(own: &[&Record]) -> Option<String> {
         .filter(|r| r.value("flip_mean").is_some())
         .min_by_key(by_flip)?;
     Some(format!(
-        "of 8 bits, the picture nearest to the field's is that of stride {}, a band of {} voxels; errors go over {}.",
+        "with 8-bit samples, stride {}, a band of {} voxels, gives the image nearest to the field's. FLIP errors range over {}.",
         best.parameter("stride")?,
         number(256.0 / best.parameter("stride")?),
         spread(via(own, "dense"), "flip_mean")?
@@ -172,7 +176,7 @@ fn strides(own: &[&Record]) -> Option<String> {
 
 fn center(own: &[&Record]) -> Option<String> {
     Some(format!(
-        "{} bricks are there, those in the middle.",
+        "{} bricks exist, all at the center.",
         spread(via(own, "octree"), "bricks")?
     ))
 }
@@ -182,7 +186,7 @@ fn sweep(own: &[&Record]) -> Option<String> {
         via(own, word).filter(move |r| r.parameter("brick") == Some(brick))
     };
     Some(format!(
-        "medians of frames through the octree are {} ms with bricks of 8³, {} with 16³, {} with 32³; through sparse bricks {} with 4³, {} with 8³, {} with 16³.",
+        "median frame times of the octree are {} ms with bricks of 8³, {} ms with 16³, and {} ms with 32³. Median frame times of sparse bricks are {} ms with 4³, {} ms with 8³, and {} ms with 16³.",
         spread(of("octree", 8.0), "frame_ms")?,
         spread(of("octree", 16.0), "frame_ms")?,
         spread(of("octree", 32.0), "frame_ms")?,
@@ -195,7 +199,7 @@ fn sweep(own: &[&Record]) -> Option<String> {
 fn edits(own: &[&Record]) -> Option<String> {
     let others = own.iter().filter(|r| r.via != "bricks");
     Some(format!(
-        "medians of an edit of sparse bricks are {} ms; the other volumes, which are made again, take {} ms.",
+        "the median edit of sparse bricks takes {} ms. The other volumes are rebuilt, which takes {} ms.",
         spread(via(own, "bricks"), "edit_ms")?,
         spread(others, "edit_ms")?
     ))
@@ -213,7 +217,7 @@ fn memory(own: &[&Record]) -> Option<String> {
     };
     let mb = |word| spread(of(word), "memory_bytes");
     Some(format!(
-        "at {most}³, bytes are {} for a dense volume, {} with mips, {} for the octree and {} for sparse bricks with 16 bits and materials.",
+        "at {most}³, the memory in bytes is {} for a dense volume, {} with mips, {} for the octree, and {} for sparse bricks with 16-bit codes and materials.",
         mb("dense")?,
         mb("dense, mips")?,
         mb("octree")?,
@@ -226,7 +230,7 @@ fn stored(own: &[&Record]) -> Option<String> {
         via(own, word).filter(move |r| r.parameter("bits") == Some(bits))
     };
     Some(format!(
-        "root mean squares are {} voxels for dense volumes of 8 bits, {} of 16; {} for sparse bricks of 8 bits and {} of 16.",
+        "the root-mean-square error is {} voxels for dense volumes of 8 bits, {} of 16 bits, {} for sparse bricks of 8 bits, and {} of 16 bits.",
         spread(of("dense", 8.0), "error_voxels_rms")?,
         spread(of("dense", 16.0), "error_voxels_rms")?,
         spread(of("bricks", 8.0), "error_voxels_rms")?,
@@ -243,7 +247,7 @@ fn triangles(own: &[&Record]) -> Option<String> {
     };
     let (shared, faces) = (teapot(false)?, teapot(true)?);
     Some(format!(
-        "the teapot at 100³ is {} triangles with {} corners ({} MB), or {} where none are shared ({} MB), made in {} ms.",
+        "the teapot at 100³ has {} triangles and {} shared vertices ({} MB), or {} vertices if none is shared ({} MB). Meshing takes {} ms.",
         number(shared.value("triangles")?),
         number(shared.value("vertices")?),
         number(shared.value("memory_bytes")? / 1e6),
@@ -257,7 +261,7 @@ fn lost(own: &[&Record]) -> Option<String> {
     let by_center = via(own, "octree").filter(|r| r.parameters.contains_key("keep"));
     let others = own.iter().filter(|r| !r.parameters.contains_key("keep"));
     Some(format!(
-        "the study's test, that a brick's center is within ±4 voxels of the surface, loses {} bricks of 32³ a scene that hold surface, the conservative one and sparse bricks {}.",
+        "the study keeps a brick if its center is within ±4 voxels of the surface. That test loses {} bricks of 32³ per scene that contain surface. The conservative test and sparse bricks lose {}.",
         spread(by_center, "lost_bricks")?,
         spread(others, "lost_bricks")?
     ))

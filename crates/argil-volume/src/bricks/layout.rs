@@ -65,8 +65,7 @@ pub enum BricksError {
     },
     /// The block tables alone would exceed the memory budget.
     #[error(
-        "more than {blocks} blocks of cells take over {} MiB by themselves, and {} MiB is the most: the surface is too large for voxels of this \
-         size; take larger ones, or, where that is less than the machine has, a larger memory budget",
+        "the tables of more than {blocks} blocks need over {} MiB, and the budget is {} MiB: use larger voxels, or a larger memory budget",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]
