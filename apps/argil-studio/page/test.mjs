@@ -149,7 +149,7 @@ const mesh = await download("File", "Export mesh…");
 assert.match(mesh.name, /\.glb$/);
 assert.equal(mesh.bytes.toString("latin1", 0, 4), "glTF");
 assert.equal(mesh.bytes.readUInt32LE(8), mesh.bytes.length);
-const png = await download("File", "Export picture…");
+const png = await download("File", "Export image…");
 assert.match(png.name, /\.png$/);
 assert.equal(png.bytes.toString("latin1", 1, 4), "PNG");
 assert.deepEqual([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)], [1920, 1080]);
@@ -218,7 +218,7 @@ step("opened a file");
 await page.evaluate(() => localStorage.setItem("argil-scene", '{"argil":1,"brushes":[{'));
 await page.reload();
 await middleOf("Viewport");
-await until("a word on what was kept", async () => /what the browser kept/.test(await told()));
+await until("a word on what was kept", async () => /the scene that the browser stored/.test(await told()));
 assert.match(await page.evaluate(() => localStorage.getItem("argil-scene-unreadable")), /^\{"argil"/);
 step("said so where what was kept cannot be read");
 

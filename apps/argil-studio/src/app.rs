@@ -97,7 +97,7 @@ impl Studio {
         let session = &mut studio.session;
         #[cfg(target_arch = "wasm32")]
         if let Some(text) = crate::local_storage::LocalStorage::found() {
-            match Scene::from_json(&text, "what the browser kept") {
+            match Scene::from_json(&text, "the scene that the browser stored") {
                 Ok(scene) => session.open_kept(scene),
                 Err(error) => {
                     crate::local_storage::quarantine(&text);
@@ -167,7 +167,7 @@ impl Studio {
         self.session.forward_edits();
         if let Some(fault) = self.session.document.take_fault() {
             self.session.fail(&anyhow::anyhow!(
-                "after a crash nothing would come back: {fault}"
+                "this session cannot be recovered after a crash: {fault}"
             ));
         }
         // Do not save a drag that is in progress.

@@ -62,7 +62,7 @@ impl Session {
     pub(crate) fn recent_files(&mut self, ui: &mut egui::Ui) {
         ui.menu_button("Open recent", |ui| {
             if self.preferences.recent.is_empty() {
-                ui.weak("Nothing yet");
+                ui.weak("No recent files");
             }
             for path in self.preferences.recent.clone() {
                 if ui.button(path.display().to_string()).clicked() {
@@ -122,7 +122,7 @@ impl Session {
         let mut is_read = false;
         if note.is_fault {
             text = text.color(Color32::from_rgb(230, 90, 60));
-            is_read = icon::button(ui, Icon::Cross, true, "Put the message away").clicked();
+            is_read = icon::button(ui, Icon::Cross, true, "Dismiss").clicked();
         } else {
             let left = SHOWN.saturating_sub(note.told.elapsed());
             if left.is_zero() {

@@ -115,7 +115,7 @@ impl FileAccess for Browser {
 }
 
 pub(crate) fn said(error: &JsValue) -> anyhow::Error {
-    anyhow::anyhow!("the browser says: {error:?}")
+    anyhow::anyhow!("the browser reports: {error:?}")
 }
 
 pub(crate) fn document() -> Result<web_sys::Document, JsValue> {

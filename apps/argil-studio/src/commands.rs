@@ -132,7 +132,7 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(
         Command::ExportPicture,
         "File",
-        "Export picture…",
+        "Export image…",
         ctrl(Key::P),
     ),
     entry(Command::ExportTurntable, "File", "Export turntable…", None),
@@ -155,7 +155,7 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(
         Command::SelectNone,
         "Edit",
-        "Select nothing",
+        "Deselect all",
         key(Key::Escape),
     ),
     entry(Command::MirrorX, "Edit", "Mirror at x = 0", None),
@@ -183,13 +183,13 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(
         Command::NudgeNearer,
         "Edit",
-        "Nudge nearer",
+        "Nudge forward",
         shift(Key::PageDown),
     ),
     entry(
         Command::NudgeFarther,
         "Edit",
-        "Nudge farther",
+        "Nudge back",
         shift(Key::PageUp),
     ),
     entry(Command::Select, "Tool", "Select", key(Key::Q)),
@@ -227,9 +227,14 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::Front, "View", "Front or back", key(Key::F5)),
     entry(Command::Right, "View", "Right or left", key(Key::F6)),
     entry(Command::Top, "View", "Top or bottom", key(Key::F7)),
-    entry(Command::Ortho, "View", "Parallel lines", key(Key::O)),
+    entry(
+        Command::Ortho,
+        "View",
+        "Orthographic projection",
+        key(Key::O),
+    ),
     entry(Command::Grid, "View", "Grid and axes", key(Key::G)),
-    entry(Command::Readings, "View", "Readings", key(Key::I)),
+    entry(Command::Readings, "View", "Statistics", key(Key::I)),
     entry(Command::Split, "View", "Split view", key(Key::V)),
     entry(Command::Difference, "View", "Difference", shift(Key::V)),
     entry(Command::ZoomIn, "View", "Larger interface", ctrl(Key::Plus)),
@@ -242,10 +247,10 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(
         Command::ZoomReset,
         "View",
-        "Interface as it was",
+        "Reset interface scale",
         ctrl(Key::Num0),
     ),
-    entry(Command::Theme, "View", "Light or dark", None),
+    entry(Command::Theme, "View", "Toggle theme", None),
     entry(Command::Palette, "Help", "Find a command…", ctrl(Key::K)),
     entry(Command::Help, "Help", "Shortcuts", key(Key::F1)),
 ];

@@ -45,7 +45,7 @@ impl Session {
         let title = self.document.title();
         let mut stays = true;
         let modal = egui::Modal::new(egui::Id::unique("unsaved")).show(ctx, |ui| {
-            ui.heading(format!("{title} has changes that are not saved"));
+            ui.heading(format!("{title} has unsaved changes"));
             ui.horizontal(|ui| {
                 if ui.button("Save").clicked() && self.save_scene(false) {
                     stays = false;
@@ -109,7 +109,7 @@ impl Session {
         }
         let mut stays = true;
         let modal = egui::Modal::new(egui::Id::unique("unfinished")).show(ctx, |ui| {
-            ui.heading("Argil Studio closes when this is done");
+            ui.heading("Argil Studio closes when this job is done");
             for job in self.jobs.all() {
                 ui.label(&job.name);
             }
@@ -133,7 +133,7 @@ impl Session {
     ) -> bool {
         let mut stays = true;
         egui::Modal::new(egui::Id::unique("recover")).show(ctx, |ui| {
-            ui.heading("A session ended before it was saved");
+            ui.heading("A previous session ended without saving");
             let mut chosen = None;
             for (i, own) in left.iter().enumerate() {
                 ui.horizontal(|ui| {
@@ -142,7 +142,7 @@ impl Session {
                         None => "Untitled".into(),
                     };
                     ui.label(name);
-                    if ui.button("Bring it back").clicked() {
+                    if ui.button("Restore").clicked() {
                         chosen = Some((i, true));
                     }
                     if ui.button("Discard").clicked() {
@@ -234,10 +234,10 @@ impl Session {
         let mut closes = false;
         let modal = egui::Modal::new(egui::Id::unique("help")).show(ctx, |ui| {
             ui.heading("Shortcuts");
-            ui.label("In the view: drag to turn, Shift-drag to shift, scroll to come nearer, right-drag to look and fly with W A S D Q E. Shift-drag a handle to duplicate. Type a number while dragging a handle to say by how much; Escape takes a drag or a stroke back.");
+            ui.label("In the view: drag to orbit, Shift-drag to pan, scroll to zoom, right-drag to look and fly with W A S D Q E. Shift-drag a handle to duplicate. Type a number while dragging a handle to say by how much; Escape cancels a drag or a stroke.");
             if let Some(command) = *bound {
                 let name = commands::info(command).name;
-                ui.strong(format!("Press the keys for “{name}”; Backspace for none."));
+                ui.strong(format!("Press the keys for “{name}”, or Backspace for no shortcut."));
                 if let Some(shortcut) = pressed(ui) {
                     let none = shortcut.logical_key == Key::Backspace;
                     self.preferences.bind(command, (!none).then_some(shortcut));
@@ -259,7 +259,7 @@ impl Session {
                                 let text = format!("Shortcut of {name}");
                                 egui::WidgetInfo::labeled(egui::Role::Button, true, text)
                             });
-                            if button.on_hover_text("Give it another").clicked() {
+                            if button.on_hover_text("Change shortcut").clicked() {
                                 *bound = Some(entry.command);
                             }
                             ui.end_row();
@@ -268,7 +268,7 @@ impl Session {
                 });
             ui.horizontal(|ui| {
                 closes = ui.button("Close").clicked();
-                if ui.button("All as they were").clicked() {
+                if ui.button("Reset all").clicked() {
                     self.preferences.shortcuts.clear();
                 }
             });

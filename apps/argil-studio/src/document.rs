@@ -283,10 +283,7 @@ impl Document {
             ) => self.has(node),
             _ => true,
         };
-        anyhow::ensure!(
-            is_there,
-            "what is to be edited is not in the scene any more"
-        );
+        anyhow::ensure!(is_there, "the node to edit is no longer in the scene");
         Ok(self.scene.action_line(action))
     }
 

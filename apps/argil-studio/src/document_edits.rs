@@ -24,7 +24,7 @@ impl Document {
     /// Returns the selected nodes that are not locked.
     pub(crate) fn unlocked(&self) -> anyhow::Result<Vec<NodeId>> {
         let nodes = self.movable();
-        anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
+        anyhow::ensure!(!nodes.is_empty(), "the selection is locked");
         Ok(nodes)
     }
 
@@ -42,7 +42,7 @@ impl Document {
     /// Inserts the clipboard's contents after the selection.
     pub(crate) fn paste(&mut self, text: &str) -> anyhow::Result<()> {
         let trees: Vec<NodeTree> = serde_json::from_str(text)
-            .map_err(|_| anyhow::anyhow!("what was copied is no brush of Argil"))?;
+            .map_err(|_| anyhow::anyhow!("the clipboard holds no Argil brush"))?;
         let (parent, index) = self.behind_selection();
         self.begin_stroke("Paste");
         let mut made = Vec::new();
@@ -137,7 +137,7 @@ impl Document {
                 || entry.modifiers.iter().any(|m| !m.is_similarity());
             if does_more {
                 anyhow::bail!(
-                    "{} acts as a whole, by its operator or its modifiers: ungrouped, it would be another solid",
+                    "cannot ungroup {}: its operator or modifiers apply to the whole group",
                     self.name_of(group)
                 );
             }
@@ -252,10 +252,10 @@ impl Document {
 
     pub(crate) fn rename_material(&mut self, name: &str, new: &str) -> anyhow::Result<()> {
         let materials = self.scene().materials();
-        anyhow::ensure!(!new.is_empty(), "a material has to have a name");
+        anyhow::ensure!(!new.is_empty(), "a material needs a name");
         anyhow::ensure!(
             !materials.contains_key(new),
-            "there is a material {new} already"
+            "a material named {new} exists already"
         );
         let material = materials.get(name).copied();
         let users = self.users_of(name);
@@ -299,7 +299,7 @@ impl Document {
         match self.missing_meshes().first() {
             None => Ok(()),
             Some((path, _)) => anyhow::bail!(
-                "the mesh {path} is not there: choose its file in the inspector, or take its brush out"
+                "the mesh {path} is missing: choose its file in the inspector, or delete its brush"
             ),
         }
     }

@@ -68,7 +68,7 @@ impl FileAccess for Native {
         let start = std::time::Instant::now();
         let path = dialog(what, name);
         if path.is_none() && start.elapsed() < UNSEEN {
-            let fault = "the system shows no dialog for files: on Linux that takes a desktop portal or zenity (on Debian and Ubuntu: xdg-desktop-portal-gtk, or zenity)";
+            let fault = "the system has no file dialog: on Linux it needs a desktop portal or zenity (on Debian and Ubuntu: xdg-desktop-portal-gtk, or zenity)";
             self.fault = Some(fault.into());
         }
         path
@@ -108,7 +108,7 @@ fn may_replace(path: PathBuf) -> Option<PathBuf> {
     }
     let answer = rfd::MessageDialog::new()
         .set_title("Argil Studio")
-        .set_description(format!("{} is there. Replace it?", path.display()))
+        .set_description(format!("{} exists. Replace it?", path.display()))
         .set_buttons(rfd::MessageButtons::YesNo)
         .show();
     (answer == rfd::MessageDialogResult::Yes).then_some(path)

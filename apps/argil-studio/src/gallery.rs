@@ -85,7 +85,7 @@ impl Gallery {
                     chosen = Some(shape.clone());
                 }
                 response.on_hover_text(format!(
-                    "{name}\nClick: put it in the middle. Drag: put it on the surface."
+                    "{name}\nClick to put it at the center, or drag it onto the surface."
                 ));
             }
         });

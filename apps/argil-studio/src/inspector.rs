@@ -40,10 +40,10 @@ impl Inspector {
             match &entry.kind {
                 NodeKind::Shape(shape) => {
                     let (text, why) = match shape.exactness() {
-                        Exactness::Exact => ("exact", "Its distance is the Euclidean one."),
+                        Exactness::Exact => ("exact", "Its distance is Euclidean."),
                         Exactness::LowerBound => (
                             "bound",
-                            "Its distance is a lower bound of the Euclidean one; its surface is right.",
+                            "Its distance is a lower bound of the Euclidean distance. Its surface is exact.",
                         ),
                     };
                     ui.label(RichText::new(text).small().weak())
@@ -58,12 +58,12 @@ impl Inspector {
         let count = session.document.selection.len();
         if count > 1 {
             ui.weak(format!(
-                "{count} are selected. This is the last of them; what is changed is changed of all, but for keyframes."
+                "{count} nodes are selected, and this is the last one. Changes apply to all selected nodes, except keyframes."
             ));
         }
         let is_locked = session.document.is_locked(node);
         if is_locked {
-            ui.weak("It is locked.");
+            ui.weak("This node is locked.");
         }
         let mut done: Option<String> = None;
         ui.add_enabled_ui(!is_locked, |ui| {
@@ -102,7 +102,7 @@ impl Inspector {
             ui.add(egui::Label::new(path).truncate());
         });
         if session.document.missing_meshes().contains(&named) {
-            ui.label("It is not there, or not yet: nothing stands in for it.");
+            ui.label("The mesh file is missing or still loading, so the mesh is not shown.");
         }
         let mut chosen = resolution;
         ui.horizontal(|ui| {

@@ -137,7 +137,7 @@ impl Jobs {
             }
             Err(std::sync::mpsc::TryRecvError::Empty) => true,
             Err(std::sync::mpsc::TryRecvError::Disconnected) => {
-                done.push(Err(anyhow::anyhow!("{}: a fault in Argil", job.name)));
+                done.push(Err(anyhow::anyhow!("{}: internal error", job.name)));
                 false
             }
         });
@@ -261,8 +261,8 @@ async fn export(
                 return Ok(JobResult::Cancelled);
             }
             let counts = meshed.report.triangles;
-            let format =
-                MeshFormat::from_path(path).context("the name ends in .glb, .obj, .ply or .stl")?;
+            let format = MeshFormat::from_path(path)
+                .context("the name must end in .glb, .obj, .ply or .stl")?;
             progress.put(path, |out| {
                 write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;
@@ -316,7 +316,7 @@ async fn export(
 }
 
 fn not_given((path, _): &Named) -> anyhow::Error {
-    anyhow::anyhow!("the mesh {path} is not there: open its file too, or drop it on the page")
+    anyhow::anyhow!("the mesh {path} is missing: open its file too, or drop it on the page")
 }
 
 fn settings(world: &argil::World) -> RenderSettings {

@@ -77,7 +77,7 @@ pub use web::{is_settled, place_of, start, told};
 /// The machine has no screen, or no device for a window.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "cannot open a window: {0}. The editor needs a screen and a Vulkan, Metal or Direct3D 12 device; a software one works (on Debian and Ubuntu: mesa-vulkan-drivers)"
+    "cannot open a window: {0}. The editor needs a screen and a Vulkan, Metal or Direct3D 12 device; a software device works too (on Debian and Ubuntu: mesa-vulkan-drivers)"
 )]
 pub struct NoWindow(String);
 

@@ -95,12 +95,12 @@ impl LocalStorage {
         if OTHERS.get() {
             self.has_told = true;
             anyhow::bail!(
-                "another tab has opened Argil Studio, and the browser keeps its scene: what is done here from now on is to be saved"
+                "another tab has opened Argil Studio, and the browser now stores the scene of that tab: save the changes here to a file"
             );
         }
         (self.kept, self.changed) = (what, None);
-        let storage =
-            storage().context("the browser keeps nothing for this page: save the scene")?;
+        let storage = storage()
+            .context("the browser stores nothing for this page: save the scene to a file")?;
         let mark = if what.1 {
             storage.set_item(UNSAVED, "1")
         } else {
@@ -108,7 +108,7 @@ impl LocalStorage {
         };
         mark.and_then(|()| storage.set_item(KEY, &text())).map_err(|_| {
             anyhow::anyhow!(
-                "the scene is larger than what the browser keeps for a page, some 5 MB: save it before you leave"
+                "the scene is larger than the 5 MB that the browser stores for a page: save it to a file before you leave"
             )
         })
     }
@@ -150,7 +150,7 @@ pub(crate) fn keep_mesh((name, bytes): &NamedBytes) -> anyhow::Result<()> {
         return Ok(());
     }
     anyhow::bail!(
-        "{name} is larger than what the browser keeps for a page, some 5 MB in all: after a reload it is to be opened again"
+        "{name} does not fit into the 5 MB that the browser stores for a page: open it again after a reload"
     )
 }
 

@@ -80,7 +80,7 @@ impl Materials {
             nodes.retain(|&node| !session.document.is_locked(node));
             let name = Some(name.to_owned());
             session.attempt(|s| {
-                anyhow::ensure!(!nodes.is_empty(), "what is selected is locked");
+                anyhow::ensure!(!nodes.is_empty(), "the selection is locked");
                 s.document.give_material("Change material", &nodes, &name)
             });
         }

@@ -93,7 +93,7 @@ impl Session {
             JobTarget::Brush(node) => {
                 anyhow::ensure!(
                     !self.document.is_locked(node),
-                    "what is to be changed is locked"
+                    "the node to change is locked"
                 );
                 let mut entry = self.document.scene().node(node).desc().clone();
                 entry.kind = NodeKind::Shape(other_file(&entry.kind, &mesh));
@@ -107,9 +107,9 @@ impl Session {
                 self.document.add_entry("Import mesh", brush.into())?;
                 self.requests.push(Request::ShowNew);
                 self.show_note(if warnings.is_empty() {
-                    format!("{} is in the scene", mesh.path)
+                    format!("Imported {}", mesh.path)
                 } else {
-                    format!("{} is in the scene: {warnings}", mesh.path)
+                    format!("Imported {}: {warnings}", mesh.path)
                 });
             }
         }

@@ -54,7 +54,7 @@ impl Session {
             let wanted = s.document.take_wanted();
             s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
             s.preferences.remember(path);
-            s.show_note(format!("{} is open", path.display()));
+            s.show_note(format!("Opened {}", path.display()));
             Ok(())
         });
     }
@@ -83,16 +83,17 @@ impl Session {
         };
         let Some(path) = path else { return false };
         self.attempt(|s| {
-            let is_elsewhere = !moved_paths(s.document.scene(), s.document.path(), &path).is_empty();
+            let is_elsewhere =
+                !moved_paths(s.document.scene(), s.document.path(), &path).is_empty();
             anyhow::ensure!(
                 !(is_elsewhere && s.jobs.are_meshes_read()),
-                "meshes are being read from the folder that the scene is in: wait until that is done, or cancel it"
+                "meshes of the scene are still loading: wait, or cancel the job"
             );
             s.document.save(&path)?;
             if !IS_PAGE {
                 s.preferences.remember(&path);
             }
-            s.show_note(format!("{} is saved", path.display()));
+            s.show_note(format!("Saved {}", path.display()));
             Ok(())
         });
         !self.document.is_changed()
@@ -155,7 +156,7 @@ impl Session {
         if !endings.is_empty() && !endings.contains(&own.to_ascii_lowercase().as_str()) {
             let known = endings.join(", .");
             let path = path.display();
-            return self.fail(&anyhow::anyhow!("{path}: the name is to end in .{known}"));
+            return self.fail(&anyhow::anyhow!("{path}: the name must end in .{known}"));
         }
         let how = ExportOptions {
             engine: self.export_engine.clone(),
@@ -185,7 +186,7 @@ impl Session {
         let journal = Recovery::of(journal);
         self.set_document(Document::recovered(scene, left.scene, journal));
         self.document.reads_anywhere = true;
-        self.show_note(format!("{edits} edits came back"));
+        self.show_note(format!("Restored {edits} edits"));
         Ok(())
     }
 }

@@ -123,7 +123,8 @@ impl Outliner {
                 if is_group {
                     let is_open = !self.collapsed.contains(&node);
                     let icon = if is_open { Icon::Down } else { Icon::Right };
-                    let button = icon::button(ui, icon, true, &format!("Open or close {name}"));
+                    let button =
+                        icon::button(ui, icon, true, &format!("Expand or collapse {name}"));
                     if button.clicked() && !self.collapsed.remove(&node) {
                         self.collapsed.insert(node);
                     }
@@ -305,7 +306,7 @@ pub(crate) fn history(document: &mut Document, ui: &mut egui::Ui) {
         .show_rows(ui, height, names.len() + 1, |ui, range| {
             for i in range {
                 let name = if i == 0 {
-                    "As it was opened"
+                    "Original state"
                 } else {
                     &names[i - 1]
                 };

@@ -194,7 +194,7 @@ impl RenderWorker {
         for action in actions {
             if let Err(error) = self.scene.perform(action) {
                 let fault = format!(
-                    "the picture has parted from the document: {error}; save and open the scene again"
+                    "the view is out of sync with the document: {error}; save the scene, and open it again"
                 );
                 self.fault.get_or_insert(fault);
             }
@@ -242,7 +242,7 @@ impl RenderWorker {
         request: &RenderRequest,
     ) -> anyhow::Result<WorkerImage> {
         let edit_ms = self.bring_up(pipeline, request.resolution).await?;
-        let kept = self.kept.last().context("a world was made")?;
+        let kept = self.kept.last().context("the worker has a world")?;
         let world = &kept.world;
         let settings = settings(world, request);
         let drawn = world.render_with_distances_async(&request.camera, &settings);

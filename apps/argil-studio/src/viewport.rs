@@ -37,13 +37,13 @@ impl ViewState {
         }
         if let Some(fault) = &self.pictures.fault {
             let at = rect.left_center() + egui::vec2(20.0, 0.0);
-            label(ui, at, &format!("Nothing can be drawn: {fault}"));
+            label(ui, at, &format!("Cannot render: {fault}"));
         }
     }
 
     pub(crate) fn take_answer(&mut self, session: &mut Session, ctx: &egui::Context) {
         if session.renderer.is_gone() {
-            let fault = "by a fault in Argil. Save the scene, and start again";
+            let fault = "internal error. Save the scene, and restart Argil Studio";
             self.pictures.fault = Some(fault.into());
         }
         let Some(answer) = session.renderer.answer() else {

@@ -58,7 +58,7 @@ impl Session {
                 s.attempt(|_| crate::local_storage::keep_mesh(given));
             }
             s.replace_scene(scene, Some(name.into()));
-            s.show_note(format!("{name} is open"));
+            s.show_note(format!("Opened {name}"));
             let wanted = s.document.take_wanted();
             s.load_missing(wanted, from_bytes(meshes.to_vec()));
             Ok(())

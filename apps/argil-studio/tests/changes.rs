@@ -140,7 +140,7 @@ fn what_is_locked_stays_as_it_is() {
     ] {
         desk.press(modifiers, key);
         assert_eq!(desk.scene().to_json(), before, "{key:?}");
-        assert_eq!(desk.studio().note(), Some("what is selected is locked"));
+        assert_eq!(desk.studio().note(), Some("the selection is locked"));
     }
     let value = desk.place_of("Sphere radius");
     desk.drag(value, value + Vec2::new(40.0, 0.0), Modifiers::NONE);
@@ -243,7 +243,7 @@ fn a_scene_whose_mesh_is_gone_opens_and_is_mended() {
     assert_eq!(desk.studio().document().selection.len(), 1);
     // What would leave the mesh out is not done.
     desk.press(Modifiers::COMMAND, Key::E);
-    desk.until_told("is not there");
+    desk.until_told("is missing");
     let mesh = folder.path().join("there.obj");
     pyramid(&mesh);
     desk.click("thing");
@@ -286,7 +286,7 @@ fn a_scene_saved_elsewhere_names_its_meshes_from_there() {
     desk.press(Modifiers::COMMAND, Key::S);
     desk.answers.borrow_mut().push(here.join("own.obj"));
     desk.press(Modifiers::COMMAND, Key::I);
-    desk.until_told("is in the scene");
+    desk.until_told("Imported");
     assert_eq!(mesh_of(&desk).0, "own.obj");
     desk.answers.borrow_mut().push(there.join("scene.json"));
     desk.press(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
@@ -306,7 +306,7 @@ fn a_scene_saved_elsewhere_names_its_meshes_from_there() {
     desk.crash(&sessions);
     let mut again = Desk::new(begin());
     again.step();
-    again.click("Bring it back");
+    again.click("Restore");
     assert_eq!(again.scene().to_json(), after);
     until(&mut again, "the mesh", |desk| {
         desk.studio().document().missing_meshes().is_empty()
@@ -443,7 +443,7 @@ fn meshes_that_are_pasted_are_read_where_that_is_allowed() {
     // What the person has chosen is read again.
     desk.answers.borrow_mut().push(mesh);
     desk.press(Modifiers::COMMAND, Key::I);
-    desk.until_told("is in the scene");
+    desk.until_told("Imported");
     desk.choose("File", "New");
     desk.window.run_steps(20);
     desk.click("Do not save");

@@ -319,7 +319,7 @@ fn meshes_are_exported_and_imported_beside_the_window() {
     assert!(mesh.exists());
     desk.answers.borrow_mut().push(mesh);
     desk.press(Modifiers::COMMAND, Key::I);
-    desk.until_told("is in the scene");
+    desk.until_told("Imported");
     assert_eq!(names(&desk), ["Sphere", "ball"]);
     // What is done to a mesh that is no solid is told.
     let open = folder.path().join("open.obj");
@@ -362,7 +362,7 @@ fn what_was_not_saved_comes_back_after_a_crash() {
     drop(desk);
     let mut desk = Desk::new(begin());
     desk.step();
-    desk.click("Bring it back");
+    desk.click("Restore");
     assert_eq!(desk.scene().to_json(), before);
     assert!(desk.studio().document().is_changed());
     desk.press(Modifiers::COMMAND, Key::Z);
@@ -480,7 +480,7 @@ fn a_crash_after_a_save_brings_back_what_came_after() {
     drop(desk);
     let mut desk = Desk::new(begin());
     desk.step();
-    desk.click("Bring it back");
+    desk.click("Restore");
     assert_eq!(desk.scene().to_json(), after);
     assert_eq!(desk.studio().document().path(), Some(saved.as_path()));
 }

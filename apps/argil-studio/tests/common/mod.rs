@@ -73,7 +73,7 @@ impl Desk {
 
     /// Whether it offers what a session before has left.
     pub(crate) fn asks_to_bring_back(&self) -> bool {
-        self.has("Bring it back")
+        self.has("Restore")
     }
 
     /// Why nothing is drawn.
