@@ -88,12 +88,12 @@ fn a_study_is_gone_on_with_and_reported() {
     report(std::slice::from_ref(&place), &page).expect("a report");
     let page = fs::read_to_string(page).expect("a page");
     for part in [
-        "Only the middle",
-        "Filling everything",
+        "Bricks at the center",
+        "Dense fill",
         "data:image/png;base64,",
         "<svg",
         "argil bake scenes/teapot.json",
-        "8 bricks are there",
+        "8 bricks exist",
         "undecided",
     ] {
         assert!(page.contains(part), "{part}");
@@ -101,7 +101,7 @@ fn a_study_is_gone_on_with_and_reported() {
     // Nothing is fetched.
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
     // Of what was not measured nothing is said.
-    assert!(!page.contains("Bricks that are missed"));
+    assert!(!page.contains("Lost bricks"));
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn machines_are_told_apart() {
     assert!(text.contains("cpu (another)"), "the other is named");
     // The other's picture was not copied, and the first one's is not its.
     assert_eq!(text.matches("data:image/png").count(), 1);
-    assert_eq!(text.matches("not beside the records").count(), 1);
+    assert_eq!(text.matches("the image file is missing").count(), 1);
     assert!(text.contains("All rows (2)"), "a row each");
     // Records are no place for a report.
     let own = a.join("records.jsonl");
