@@ -1,4 +1,4 @@
-//! What edits in place take, each against the others of one run:
+//! Durations of edits in place, compared within one run:
 //!
 //! * the same small edit among 1,000, 10,000 and 100,000 brushes of the same density;
 //! * a small edit of the trees at 1024³ against the bake;
@@ -9,8 +9,8 @@ use argil_scene::{Brush, Edit, Modifier, NodeId, Scene, Shape};
 use argil_volume::BrickSettings;
 use std::time::Instant;
 
-/// Brushes about as large as the gaps between them, in a box whose volume is as many times theirs. They are in shells
-/// around the middle, so that a larger crowd has a smaller one inside and the same edit can be made in both.
+/// Returns brushes about as large as the gaps between them, in a box of proportional volume. They are in shells
+/// around the center, so that a larger scene contains a smaller one, and the same edit works in both.
 fn crowd(brushes: usize) -> (Scene, f32) {
     let mut numbers = CaseRng::new(1);
     let mut scene = Scene::new();
@@ -35,7 +35,7 @@ fn crowd(brushes: usize) -> (Scene, f32) {
     (scene, 2.0 * half)
 }
 
-/// A point on a face of the cube of this half side.
+/// Returns a point on a face of a cube, given half of its side.
 fn on_shell(numbers: &mut CaseRng, half: f32) -> [f32; 3] {
     let mut point = numbers.point(half).to_array();
     let face = (numbers.between(0.0, 6.0) as usize).min(5);
@@ -43,7 +43,7 @@ fn on_shell(numbers: &mut CaseRng, half: f32) -> [f32; 3] {
     point
 }
 
-/// Move a brush a little and back, so many times; milliseconds of each, with the scene's own share.
+/// Moves a brush back and forth. Returns the milliseconds of each edit, and the part of the scene.
 fn nudge(scene: &mut Scene, clay: &mut EditRig, node: NodeId, by: f32, times: usize) -> Vec<f64> {
     let mut all = Vec::new();
     for nth in 0..times {

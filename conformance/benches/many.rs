@@ -1,5 +1,5 @@
-//! Bricks of 512³ of 100 random brushes, of 1,000 and of 10,000 with the same surface before they are joined, in turns: what a
-//! bake takes should follow the surface and not the brushes. Bricks must be as many each time.
+//! Bakes bricks at 512³ of 100, 1,000 and 10,000 random brushes with the same surface before they are joined, in
+//! turns. The duration should follow the surface and not the brushes. The number of bricks must be equal each time.
 
 use argil_conformance::random_scene;
 use argil_field::Program;

@@ -1,4 +1,4 @@
-//! Marching cubes of csg20, each way against the others of one run.
+//! Marching cubes of csg20. Each variant is compared with the others of one run.
 //!
 //! * a dense grid of 256³ samples, with one thread and without normals, and with two and normals;
 //! * the scene at 256³ by bricks: bake, march, refine, materials.

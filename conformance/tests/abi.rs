@@ -1,4 +1,4 @@
-//! What CPU code and WGSL share: the committed text, and every struct's layout as naga has it.
+//! Tests the shared structs: the committed text, and every layout against naga's.
 
 use naga::TypeInner;
 

@@ -1,4 +1,4 @@
-//! Conservative: intervals over boxes hold every distance in them, and dirty boxes hold every change.
+//! Conservative: intervals over boxes contain every distance in them, and dirty boxes contain every change.
 
 use argil_conformance::{CaseRng, SceneCase, all_cases, rounding};
 use argil_field::{FAR, Program, naive};
@@ -52,7 +52,7 @@ fn intervals_hold_the_oracles_distances() {
     assert!(sharp > 100, "{sharp}");
 }
 
-/// What the program's box promises: nothing solid lies outside.
+/// The program's box contains the solid.
 #[test]
 fn the_programs_box_holds_the_solid() {
     for SceneCase { name, scene } in all_cases() {
@@ -68,7 +68,7 @@ fn the_programs_box_holds_the_solid() {
     }
 }
 
-/// A garden of brushes to edit: overlapping, blended, cut, in groups under modifiers.
+/// Returns a scene to edit, with overlapping, blended and subtracted brushes in groups with modifiers.
 fn garden() -> (Scene, Vec<NodeId>) {
     let mut scene = Scene::new();
     let mut nodes = Vec::new();
@@ -143,7 +143,7 @@ fn garden() -> (Scene, Vec<NodeId>) {
     (scene, nodes)
 }
 
-/// How many sampled distances, clamped to the band, change outside and inside of a box.
+/// Counts sampled distances, clamped to the band, that change outside and inside of a box.
 fn changes(
     before: &Program,
     after: &Program,
@@ -278,7 +278,7 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
 }
 
 #[test]
-fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
+fn dirty_boxes_are_tight() {
     let mut scene = Scene::new();
     for i in 0..100 {
         scene
@@ -304,7 +304,7 @@ fn a_dirty_box_is_no_larger_than_it_needs_to_be() {
     );
 }
 
-/// What boxes of edits rest on: outside of its box no shape is nearer than the box.
+/// Boxes of edits rely on this: outside of its box, the distance to a shape is at least the distance to the box.
 #[test]
 fn no_shape_is_nearer_than_its_box() {
     for (name, shape) in argil_conformance::shapes() {

@@ -1,4 +1,4 @@
-//! Sparse bricks at the buffer: cells and samples against the field, the GPU's against the CPU's.
+//! Tests sparse bricks in their buffers: cells and samples against the field, and the GPU against the CPU.
 //!
 //! *Length.* A test for each pass of sparse bricks, with the reading of buffers that they share.
 
@@ -43,7 +43,7 @@ fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
     })
 }
 
-/// Whether points four to a voxel's edge in a cell's closed box have both signs.
+/// Whether samples in a cell's closed box, four per voxel's edge, have both signs.
 fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) -> bool {
     let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
     let held = layout.cell_box(cell);
@@ -70,7 +70,7 @@ fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) 
     false
 }
 
-/// Cells that the surface goes through, those of them without a brick, and those that half of the reach would lose.
+/// Counts cells that contain surface, those of them without a brick, and those that half of the margin would lose.
 fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
     let layout = bricks.layout();
     let mut evaluator = Evaluator::new(program);
@@ -87,8 +87,8 @@ fn crossings(program: &Program, bricks: &Bricks) -> (usize, usize, usize) {
     (crossed, missed, lost_by_less)
 }
 
-/// Conservative: each cell with a change of sign at four times the resolution has its brick. A smaller reach would lose
-/// some: bricks that the distance at the center and half of the diagonal's half keep.
+/// Conservative: each cell with a change of sign at four times the resolution has a brick. A smaller margin would
+/// lose some.
 #[test]
 fn no_cell_with_surface_is_without_its_brick() {
     let mut all_lost = 0;
@@ -108,8 +108,8 @@ fn no_cell_with_surface_is_without_its_brick() {
     assert!(all_lost > 100, "{all_lost}");
 }
 
-/// No point of a cell without a brick is nearer to the surface than the cell says, and all are on its side. How many points
-/// were looked at, and of how many half a cell's diagonal more would be too much.
+/// No point of an empty cell is nearer to the surface than the cell's bound, and all have its sign. Counts the
+/// tested points, and how many a bound larger by half a diagonal would violate.
 fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, usize) {
     let layout = bricks.layout();
     let mut numbers = CaseRng::new(7);
@@ -144,7 +144,7 @@ fn check_empty_cells(name: &str, program: &Program, bricks: &Bricks) -> (usize, 
     (checked, too_much)
 }
 
-/// Conservative.
+/// Conservative: bounds of empty cells on the CPU.
 #[test]
 fn empty_cells_never_overstate_the_distance() {
     let (mut checked, mut too_much) = (0, 0);
@@ -157,7 +157,7 @@ fn empty_cells_never_overstate_the_distance() {
     assert!(checked > 50_000 && too_much > 1000, "{checked}, {too_much}");
 }
 
-/// The same of bricks that the GPU has built: no surface is lost, no distance overstated.
+/// The same for bricks that the GPU built: no surface is lost, and no distance is overstated.
 #[test]
 fn gpu_bricks_are_conservative_too() {
     let gpu = gpu();
@@ -182,7 +182,7 @@ fn gpu_bricks_are_conservative_too() {
     assert!(crossed > 1000 && checked > 20_000, "{crossed}, {checked}");
 }
 
-/// Groups in groups, each with a ball beside it.
+/// Returns nested groups, each next to a sphere.
 fn deep(levels: u32) -> SceneCase {
     let mut numbers = CaseRng::new(57);
     let mut scene = Scene::new();
@@ -204,7 +204,7 @@ fn deep(levels: u32) -> SceneCase {
     }
 }
 
-/// Exact: samples are the whole program's at the voxels' corners; neighbors have the same on their common side.
+/// Exact: samples equal the unpruned program at the corners of voxels, and neighbors agree on their common side.
 #[test]
 fn samples_are_the_fields() {
     let long = SceneCase {
@@ -249,7 +249,7 @@ fn samples_are_the_fields() {
     }
 }
 
-/// Cells that only one has a brick for, then numbers that are apart, of so many samples.
+/// Counts cells with a brick in only one of two volumes, and differing samples.
 fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let layout = cpu.layout();
     let (mut differing, mut apart, mut texels) = (0, 0, 0);
@@ -281,8 +281,9 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     (differing, apart, texels)
 }
 
-/// The same cells but for a few that rounding decides, and the same samples; how many of those.
-fn assert_alike(name: &str, cpu: &Bricks, found: &Bricks) -> usize {
+/// Compares two volumes: equal cells, except for a few at the limit of rounding, and equal samples. Returns their
+/// number.
+fn assert_same(name: &str, cpu: &Bricks, found: &Bricks) -> usize {
     let (differing, apart, texels) = compare(cpu, found);
     assert!(
         differing <= 1 + cpu.len() / 500,
@@ -293,7 +294,7 @@ fn assert_alike(name: &str, cpu: &Bricks, found: &Bricks) -> usize {
     texels
 }
 
-/// Set-equal: the same cells have bricks, wherever they stand in the pool; samples and distances bounded.
+/// Set-equal: the same cells have bricks, in any order of the pool. Samples and distances are bounded.
 #[test]
 fn gpu_bricks_are_the_cpus() {
     // Compiling takes most of the time: most cases share shaders that can do everything.
@@ -333,7 +334,7 @@ fn gpu_bricks_are_the_cpus() {
         let Volume::Bricks(found) = volume.download(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
-        let texels = assert_alike(&case.name, &cpu, &found);
+        let texels = assert_same(&case.name, &cpu, &found);
 
         // What they look like, at the center of each.
         let palette = program.materials();
@@ -368,8 +369,8 @@ fn gpu_bricks_are_the_cpus() {
     }
 }
 
-/// The GPU prunes every operator, modifier and structure to what the CPU, which is held to the whole program in
-/// `prune.rs`, prunes it to: cell for cell, sample for sample. Copies, frames and groups are dropped there.
+/// The GPU prunes every operator, modifier and structure as the CPU does, cell by cell and sample by sample.
+/// `prune.rs` compares the CPU with the unpruned program.
 #[test]
 fn the_gpu_prunes_as_the_cpu() {
     let mut field = gpu_field();
@@ -388,13 +389,13 @@ fn the_gpu_prunes_as_the_cpu() {
         let Volume::Bricks(found) = volume.download(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
-        assert_alike(&case.name, &cpu, &found);
+        assert_same(&case.name, &cpu, &found);
     }
 }
 
-/// A budget is kept on both devices, and says what is needed.
+/// Both devices keep to a memory budget, and the error names the needed memory.
 #[test]
-fn a_budget_is_kept() {
+fn a_memory_budget_is_respected() {
     let mut scene = Scene::new();
     scene
         .push(Brush::new(Shape::sphere(0.7)))
@@ -422,7 +423,7 @@ fn a_budget_is_kept() {
     assert!(matches!(refused, Err(BricksError::Blocks { .. })));
 }
 
-/// The materials of mixed bricks count: without room for them, the bricks alone would fit.
+/// The materials of mixed bricks count toward the budget: without them, the bricks would fit.
 #[test]
 fn a_budget_counts_materials() {
     let mut cases = shipped().into_iter();
@@ -451,9 +452,9 @@ fn a_budget_counts_materials() {
     assert!(kept >= 3, "{kept}");
 }
 
-/// A pool that was guessed too small grows: all cells of a block of noise have bricks.
+/// A pool that was estimated too small grows: all cells of a block of noise have bricks.
 #[test]
-fn a_pool_grows_to_what_is_needed() {
+fn a_pool_grows_to_the_needed_size() {
     // Balls everywhere: a surface in nearly every cell, of a field that costs little.
     let balls = r#"{"argil":1,"brushes":[{"shape":{"type":"sphere","radius":0.03},
         "modifiers":[{"type":"repeat","spacing":[0.08,0.08,0.08],"count":[13,13,13]}]}]}"#;
@@ -476,7 +477,7 @@ fn a_pool_grows_to_what_is_needed() {
     assert!(count.abs_diff(bricks.len() as u64) <= bricks.len() as u64 / 100);
 }
 
-/// What was asked for is what there is.
+/// The resolution is the requested one.
 #[test]
 fn no_resolution_is_rounded() {
     let solid = Aabb::new(Vec3::splat(-0.5), Vec3::new(0.5, 0.2, 0.1));
@@ -489,7 +490,7 @@ fn no_resolution_is_rounded() {
     }
 }
 
-/// The greatest difference of two materials' words.
+/// Returns the largest difference of two materials' bytes.
 fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
     let own = a.base_roughness.iter().chain(&a.emission_metallic);
     let other = b.base_roughness.iter().chain(&b.emission_metallic);
@@ -498,8 +499,8 @@ fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// Bounded: near the surface, stored materials are the field's but where two meet within a place's width. With another
-/// table of materials they are not.
+/// Bounded: near the surface, stored materials equal the field's, except within a sample's width of a border. With
+/// another table of materials they differ.
 #[test]
 fn colors_and_blends_survive_baking() {
     let (mut mixed, mut all_near, mut all_off, mut all_turned) = (0, 0, 0, 0);
@@ -551,10 +552,10 @@ fn colors_and_blends_survive_baking() {
     assert!(mixed > 10_000, "{mixed}");
 }
 
-/// A ring of noisy solids that a smooth joint touches takes no more bricks than without the joint, and none too few: what
-/// copies can jump by counts where they are, and not in every cell.
+/// A ring of noisy solids with a smooth joint needs no more bricks than without the joint, and loses none. The
+/// jumps of copies count only near the copies.
 #[test]
-fn a_blend_beside_a_ring_costs_its_own_bricks_only() {
+fn a_blend_near_a_ring_adds_only_its_own_bricks() {
     let ring = |blend: f32, amplitude: f32| {
         let text = format!(
             r#"{{"argil":1,"brushes":[

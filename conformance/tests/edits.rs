@@ -1,4 +1,4 @@
-//! Edits in place: after any sequence of edits, undos and redos, bricks are those of a fresh bake, to the bit.
+//! Tests edits in place: after any sequence of edits, undos and redos, bricks are bit-equal to a fresh bake.
 //!
 //! *Length.* A test for each kind of edit, with the random sessions that they share.
 
@@ -12,7 +12,7 @@ use argil_scene::{
 use argil_volume::{BrickSettings, Encoding, SampleFormat};
 use std::sync::Arc;
 
-/// A random edit of a random node, or an undo or redo.
+/// Applies a random edit to a random node, or an undo or redo.
 fn disturb(scene: &mut Scene, numbers: &mut CaseRng, materials: &[String]) {
     let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
     let pick = |numbers: &mut CaseRng, n: usize| (numbers.unit() * n as f32) as usize % n.max(1);
@@ -75,7 +75,8 @@ fn disturb(scene: &mut Scene, numbers: &mut CaseRng, materials: &[String]) {
     let _ = scene.apply(edit);
 }
 
-/// Sculpt on the CPU. How often everything was made again: where copies or chamfers come and go, which change what holds of all distances.
+/// Sculpts on the CPU. Reports how often the world was rebuilt, because adding or removing copies and chamfers
+/// changes bounds of all distances.
 fn sculpt(
     name: &str,
     scene: &mut Scene,
@@ -86,7 +87,7 @@ fn sculpt(
     sculpt_on(None, name, scene, (resolution, settings), edits, 4)
 }
 
-/// The same on a GPU where there is one, compared with a fresh bake after every so many edits.
+/// The same on a GPU, compared with a fresh bake after several edits at a time.
 fn sculpt_on(
     gpu: Option<Arc<Gpu>>,
     name: &str,
@@ -118,7 +119,7 @@ fn sculpt_on(
     clay.rebakes
 }
 
-/// With the limits and textures of every WebGPU device: edits in a browser.
+/// Edits with the limits and texture formats of every WebGPU device, as in a browser.
 #[test]
 fn edits_are_the_same_on_the_least_device() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
@@ -138,7 +139,7 @@ fn edits_are_the_same_on_the_least_device() {
 }
 
 #[test]
-fn edited_bricks_are_those_of_a_fresh_bake() {
+fn edited_bricks_equal_a_fresh_bake() {
     let (mut edits, mut rebakes) = (0, 0);
     for (i, mut case) in shipped().into_iter().enumerate() {
         let settings = BrickSettings {
@@ -177,9 +178,9 @@ fn many_small_brushes_and_groups_are_edited_in_place() {
     assert!(sculpt("six hundred", &mut scene, 160, &settings, 60) <= 3);
 }
 
-/// Brushes of all shapes put behind all else, some of them several at once: where they can matter is known by what bricks hold.
+/// Brushes of all shapes are appended, one or several per edit. The samples of bricks tell where they can matter.
 #[test]
-fn what_comes_last_is_followed() {
+fn appended_brushes_are_followed() {
     for seed in 0..6u64 {
         let mut numbers = CaseRng::new(300 + seed);
         let mut scene = random_blends(80 + seed, 12).scene;
@@ -212,10 +213,10 @@ fn what_comes_last_is_followed() {
     }
 }
 
-/// Where brushes are many, cells near the surface are made by what is near them: as far as the surface of a carve, which can be
-/// deeper inside than anything was before.
+/// Where there are many brushes, cells near the surface depend on nearby brushes, up to the depth of a carve, which
+/// can exceed all earlier depths.
 #[test]
-fn what_comes_last_among_many_is_followed() {
+fn appended_brushes_among_many_are_followed() {
     for seed in 0..3u64 {
         let mut numbers = CaseRng::new(500 + seed);
         let mut scene = Scene::new();
@@ -264,10 +265,9 @@ fn what_comes_last_among_many_is_followed() {
     }
 }
 
-/// A brush that takes away, and one after it that takes the place of all before only where that is: without the first, the
-/// second is hidden.
+/// A subtraction, and a later brush that fills exactly the same region. Without the first, the second is hidden.
 #[test]
-fn what_stands_in_a_hole_is_lost_and_found_with_it() {
+fn a_brush_in_a_hole_appears_with_the_hole() {
     for gpu in [None, Some(gpu())] {
         let mut scene = Scene::new();
         let solid = scene.push(Brush::new(Shape::rounded_box([1.0; 3], 0.0)));
@@ -309,9 +309,9 @@ fn what_stands_in_a_hole_is_lost_and_found_with_it() {
     }
 }
 
-/// On the GPU too, where bricks are taken from the pool and given back without the CPU.
+/// The same on the GPU, which takes bricks from the pool and returns them without the CPU.
 #[test]
-fn a_gpus_bricks_are_those_of_a_fresh_bake() {
+fn gpu_edits_equal_a_fresh_bake() {
     let gpu = gpu();
     // A software device runs every case of an interpreter for every sample: these have few.
     let names = ["csg20", "props", "teapot"];
@@ -337,7 +337,7 @@ fn a_gpus_bricks_are_those_of_a_fresh_bake() {
     }
 }
 
-/// A random brush: solids that hold, ones that take away, and now and then one that acts on everything or jumps.
+/// Returns a random brush: mostly unions and subtractions, and sometimes one that affects everything or jumps.
 fn piece(numbers: &mut CaseRng) -> Brush {
     let size = numbers.between(0.04, 0.12);
     let shape = match (3.0 * numbers.unit()) as u32 {
@@ -361,7 +361,7 @@ fn piece(numbers: &mut CaseRng) -> Brush {
     brush
 }
 
-/// A random edit of what stands in groups, or of a group.
+/// Applies a random edit to a node in a group, or to a group.
 fn disturb_groups(scene: &mut Scene, numbers: &mut CaseRng) {
     let nodes: Vec<NodeId> = scene.iter().filter(|&n| n != Scene::ROOT).collect();
     let is_group = |n: &NodeId| matches!(scene.node(*n).desc().kind, NodeKind::Group);
@@ -427,9 +427,9 @@ fn disturb_groups(scene: &mut Scene, numbers: &mut CaseRng) {
     let _ = scene.apply(edit);
 }
 
-/// Groups within groups that open and close, move and take away: after any edits in them bricks are those of a fresh bake.
+/// Nested groups that open and close, move and subtract: after any edits in them, bricks equal a fresh bake.
 #[test]
-fn what_groups_hold_is_edited_in_place() {
+fn contents_of_groups_are_edited_in_place() {
     let (mut edits, mut rebakes) = (0, 0);
     for seed in 0..4 {
         let mut numbers = CaseRng::new(700 + seed);

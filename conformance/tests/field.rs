@@ -1,4 +1,4 @@
-//! The field: the batched CPU evaluator against the oracle, the GPU's interpreter against the CPU.
+//! Tests the field: the batched CPU evaluator against the oracle, and the GPU's interpreter against the CPU.
 
 use argil_conformance::Wait;
 use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, gpu_field, points, poison, rounding};
@@ -21,13 +21,13 @@ fn lower(case: &SceneCase) -> Program {
     Program::lower(&case.scene).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 
-/// What `cargo xtask test` asks before all others.
+/// `cargo xtask test` runs this before all other tests.
 #[test]
 fn a_gpu_is_there() {
     gpu();
 }
 
-/// Bounded: distances, by the rounding of f32, where a search along curves adds its last Newton step's error.
+/// Bounded: distances agree within rounding. Searches along curves add the error of the last Newton step.
 #[test]
 fn cpu_distances_are_the_oracles() {
     let mut worst: (f64, String) = (0.0, String::new());
@@ -51,7 +51,8 @@ fn cpu_distances_are_the_oracles() {
     assert!(worst.0 <= 1.0, "{} times the bound: {}", worst.0, worst.1);
 }
 
-/// Copies that overlap are where they should be, however many there are: of an even number around an axis, one is in front.
+/// Overlapping copies are in the correct places, for any number. With an even number around an axis, one is at the
+/// front.
 #[test]
 fn few_copies_are_where_the_oracle_has_them() {
     let mut scenes = Vec::new();
@@ -86,7 +87,7 @@ fn few_copies_are_where_the_oracle_has_them() {
     }
 }
 
-/// The comparison above can fail: each case's neighbor in the list is another field.
+/// Negative control: the next case in the list is another field.
 #[test]
 fn cpu_distances_are_not_another_fields() {
     let cases = all_cases();
@@ -137,7 +138,7 @@ fn a_batch_of_any_length_gives_the_same_bits() {
     }
 }
 
-/// Bounded: the GPU's distances and materials, by the rounding of f32. On Mesa's lavapipe they are equal bit for bit.
+/// Bounded: the GPU's distances and materials agree within rounding. On Mesa's lavapipe they are bit-equal.
 #[test]
 fn gpu_distances_and_materials_are_the_cpus() {
     let mut field = gpu_field();
@@ -206,7 +207,7 @@ fn gpu_distances_and_materials_are_the_cpus() {
     );
 }
 
-/// The oracle's gradient, where it has one: where the differences ahead and behind agree.
+/// Returns the oracle's gradient where forward and backward differences agree.
 fn oracle_gradient(scene: &Scene, p: Vec3) -> Option<DVec3> {
     let over = |ahead: f32, behind: f32| {
         let axis = |a: Vec3| {
@@ -252,7 +253,7 @@ fn gradients_are_the_oracles() {
     }
 }
 
-/// An exact distance has a gradient of length 1, and leads to the surface in one step.
+/// An exact distance has a gradient of length 1, which leads to the surface in one step.
 #[test]
 fn exact_shapes_are_exact() {
     let mut inexact = 0;
@@ -281,7 +282,7 @@ fn exact_shapes_are_exact() {
     assert!(inexact >= 1);
 }
 
-/// Many pieces of all kinds: in groups within groups, blended, chamfered, taken away and cut.
+/// Returns many pieces of all kinds: in nested groups, blended, chamfered, subtracted and intersected.
 fn many_pieces() -> Scene {
     let mut numbers = CaseRng::new(23);
     let mut scene = Scene::new();
@@ -326,10 +327,10 @@ fn many_pieces() -> Scene {
     scene
 }
 
-/// What is near a point tells its distance to the bit, below the far length, wherever in the box the point is and out of it; and
-/// materials.
+/// Distances and materials from nearby pieces are bit-equal to the whole program below the far length, at any
+/// point.
 #[test]
-fn what_is_near_tells_the_field() {
+fn nearby_pieces_give_the_whole_field() {
     let scene = many_pieces();
     let program = Program::lower(&scene).expect("a program");
     assert!(

@@ -1,4 +1,4 @@
-//! The tree import: an imported scene has the distances that the format's own definition gives.
+//! Tests the tree import: an imported scene has the distances that the format defines.
 
 use argil_conformance::points;
 use argil_field::Program;
@@ -6,7 +6,7 @@ use argil_scene::Scene;
 use glam::{DVec2, DVec3, Vec3};
 use serde_json::{Value, json};
 
-/// A turn about an axis, a scale and a move, as the map from the parent's space into the node's own.
+/// A rotation about an axis, a scale and a translation, as the map from the parent's space to the node's.
 fn matrix(degrees: f64, scale: f64, at: [f64; 3]) -> Value {
     let m = glam::DAffine3::from_scale_rotation_translation(
         DVec3::splat(scale),
@@ -74,7 +74,7 @@ fn tree() -> Value {
     join("union", 0.12, left, pair, here())
 }
 
-/// The distance by the format's definition.
+/// Returns the distance by the format's definition.
 fn distance(node: &Value, parent: DVec3) -> f64 {
     let number = |key: &str| node[key].as_f64().expect("a number");
     let numbers = |key: &str| -> Vec<f64> {

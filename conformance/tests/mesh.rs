@@ -1,4 +1,4 @@
-//! Triangles drawn on both devices: each other's hits, and the field's.
+//! Compares triangles rendered on both devices with each other and with the field.
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
@@ -49,7 +49,8 @@ fn triangles(mesh: &Mesh) -> Triangles<'_> {
     }
 }
 
-/// Pixels in which two pictures differ: in what is hit, in how far it is by more than `tolerance`, or in the normal.
+/// Counts pixels that differ between two images: in the hit, in the distance by more than `tolerance`, or in the
+/// normal.
 fn differing(a: &[Hit], b: &[Hit], tolerance: f32) -> usize {
     let differ = |(a, b): (&Hit, &Hit)| {
         let turn: f32 = (0..3).map(|k| a.normal_t[k] * b.normal_t[k]).sum();
@@ -110,7 +111,7 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel_size) > 2000);
 }
 
-/// A closed surface has no gaps: wherever the eye is, no ray slips through between neighbors.
+/// A closed surface has no gaps: from any camera, no ray passes between neighboring triangles.
 #[test]
 fn no_ray_slips_through_between_triangles() {
     let mut scene = Scene::new();
@@ -129,8 +130,8 @@ fn no_ray_slips_through_between_triangles() {
     }
 }
 
-/// Triangles by the edges that their corners lie on, which no rounding changes: of each coordinate, twice the sample's place, or
-/// the odd number between two.
+/// Identifies triangles by the edges of their vertices, which rounding does not change. Each coordinate is twice
+/// the sample's index, or the odd number between two.
 fn by_edges(mesh: &Mesh, first: Vec3, voxel: f32) -> BTreeMap<[[i32; 3]; 3], [Vec3; 3]> {
     let key = |p: Vec3| {
         let at = (p - first) / voxel;
@@ -162,7 +163,7 @@ fn by_edges(mesh: &Mesh, first: Vec3, voxel: f32) -> BTreeMap<[[i32; 3]; 3], [Ve
     all
 }
 
-/// The same triangles, with corners no farther apart than `tolerance`.
+/// Checks that two meshes have the same triangles, with vertices within `tolerance`.
 fn assert_same(own: &Mesh, theirs: &Mesh, first: Vec3, voxel: f32, tolerance: f32) {
     let (own, theirs) = (by_edges(own, first, voxel), by_edges(theirs, first, voxel));
     assert!(own.keys().eq(theirs.keys()), "other triangles");
@@ -231,7 +232,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
     }
 }
 
-/// How many triangles have normals on their side.
+/// Counts triangles whose normals point to the correct side.
 fn facing(mesh: &Mesh) -> usize {
     let faces = |t: &usize| {
         let [a, b, c] = mesh.triangle_vertices(*t);

@@ -1,4 +1,4 @@
-//! Normals of bricks against the exact field's.
+//! Compares normals of bricks with the exact field's.
 
 use argil_abi::{HIT_NONE, Hit};
 use argil_conformance::Wait;
@@ -12,7 +12,8 @@ use argil_render::{
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Encoding};
 use glam::Vec3;
 
-/// Degrees between a picture's normals and the field's at the same points, ascending, away from silhouettes and creases.
+/// Returns the angles in degrees between an image's normals and the field's at the same points, ascending, away
+/// from silhouettes and creases.
 fn errors(program: &Program, frame: &argil_abi::FrameUniform, hits: &[Hit], bias: f32) -> Vec<f32> {
     let (width, height) = (frame.width, frame.height);
     let mut all = Vec::new();
@@ -46,7 +47,7 @@ fn errors(program: &Program, frame: &argil_abi::FrameUniform, hits: &[Hit], bias
 }
 
 #[test]
-fn normals_are_those_of_the_field() {
+fn normals_equal_the_fields() {
     for case in shipped()
         .iter()
         .filter(|c| ["csg20", "teapot"].contains(&c.name.as_str()))
@@ -103,8 +104,8 @@ fn normals_are_those_of_the_field() {
     }
 }
 
-/// Where half of a pixel is wider than what is stored, a ray still ends where its normal's samples are: 8 bits, ±4 voxels,
-/// and a picture so small that a pixel is some 13 voxels.
+/// If half of a pixel is wider than the stored band, a ray still ends where its normal has samples: 8 bits, ±4
+/// voxels, and an image so small that a pixel spans 13 voxels.
 #[test]
 fn a_small_picture_of_a_narrow_band_has_normals() {
     let case = shipped().into_iter().find(|c| c.name == "csg20");

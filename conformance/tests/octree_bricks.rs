@@ -1,4 +1,4 @@
-//! The oracle of bricks and silhouettes: brute force, at four times a volume's resolution and ray by ray.
+//! Tests the bricks of octrees and silhouettes by brute force: at four times a volume's resolution, and ray by ray.
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, Hit};
 use argil_conformance::{SceneCase, lattice, primary_ray, random_blends, shipped};
@@ -18,7 +18,7 @@ use proptest::prelude::*;
 /// Samples along a voxel's edge.
 const FINER: u32 = 4;
 
-/// The cells whose closed box holds a change of sign among points four to a voxel's edge, and that have no brick.
+/// Returns the cells without a brick whose closed box has a change of sign among four samples per voxel's edge.
 fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
     let layout = octree.layout();
     let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
@@ -63,7 +63,7 @@ fn missed(program: &Program, octree: &Octree) -> (usize, usize) {
     (missed, crossed)
 }
 
-/// Codes ascend; each level's masks count the level below, children follow one another, and there is one root.
+/// Codes ascend. Each level's masks count the level below, children are adjacent, and there is one root.
 fn check_tree(octree: &Octree) {
     let tree = octree.tree();
     assert!(tree.codes().is_sorted_by(|a, b| a < b));
@@ -104,8 +104,8 @@ fn cases() -> Vec<SceneCase> {
     cases
 }
 
-/// Conservative: no brick with surface in it is lost, in any scene. The study's test of the center loses some: the same
-/// count finds them, so it can.
+/// Conservative: no brick with surface is lost, in any scene. The study's test of the center loses some, and the
+/// same count finds them.
 #[test]
 fn no_brick_with_surface_is_lost() {
     let (mut lost_by_center, mut lost) = (0, 0);
@@ -155,7 +155,7 @@ fn no_brick_with_surface_is_lost_at_the_studys_size() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Trees and bricks of scenes that nobody has chosen.
+    /// Tests trees and bricks of random scenes.
     #[test]
     fn trees_of_random_scenes_are_whole(seed in any::<u64>(), count in 1usize..40) {
         let case = random_blends(seed, count);
@@ -167,9 +167,9 @@ proptest! {
     }
 }
 
-/// Rays that are wrong against the exact field: those that passed through solid, and those whose hit hangs in the air or
-/// lies in the solid. `lattice` sets what counts: between texels, interpolation is off by at most half of a voxel's
-/// diagonal (times the Lipschitz constant) and half a step of the encoding.
+/// Returns rays that are wrong against the exact field: those that passed through the solid, and those that stop in
+/// empty space or inside. `lattice` sets the tolerance: interpolation errs by at most half of a voxel's diagonal
+/// (times the Lipschitz constant) and half a step of the encoding.
 fn wrong(
     program: &Program,
     lattice: &VoxelGrid,
@@ -234,8 +234,8 @@ fn wrong(
     (passed, stray)
 }
 
-/// Rays through volumes against the exact field: none passes through solid, none stops in the air; from outside, close
-/// by, grazing and inside. What a picture misses of the exact one is what lies between texels.
+/// Compares rays through volumes with the exact field, from outside, close by, grazing and inside: no ray passes
+/// through the solid, and none stops in empty space. The image may only miss features between samples.
 #[test]
 #[expect(
     clippy::too_many_lines,
@@ -335,8 +335,8 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
     assert!(wrong_by_center > 500, "{wrong_by_center}");
 }
 
-/// What the study's test loses depends on what 1.0 stands for: with a stride of 8, 32 voxels, it keeps all bricks of 32
-/// around a ball; with 32, 8 voxels, it does not.
+/// The loss of the study's test depends on the band: with a stride of 8, or 32 voxels, it keeps all bricks of 32
+/// around a sphere. With 32, or 8 voxels, it does not.
 #[test]
 fn the_center_test_is_as_good_as_its_stride() {
     let mut scene = Scene::new();
@@ -367,9 +367,9 @@ fn the_center_test_is_as_good_as_its_stride() {
     assert!(lost > all / 3 && lost < all, "{lost} of {all}");
 }
 
-/// The box of the whole volume is as good a solid as any: bricks at its sides, and cells that reach over them.
+/// A solid that fills the volume's box works: it has bricks at its sides, and cells that extend beyond them.
 #[test]
-fn cells_at_the_sides_are_kept_too() {
+fn cells_at_the_sides_have_bricks() {
     let mut scene = Scene::new();
     scene.view.bounds = Some([[-1.0; 3], [1.0, 0.7, 0.4]]);
     scene

@@ -1,4 +1,4 @@
-//! Pruned lists: in all of its cell a list gives the whole program's distances, to the bit.
+//! Tests pruned programs: in its cell, a pruned program is bit-equal to the unpruned one.
 
 use argil_abi::Instruction;
 use argil_conformance::{CaseRng, SceneCase, all_cases, random_blends, shipped};
@@ -7,7 +7,7 @@ use argil_math::Aabb;
 use argil_scene::{Brush, Scene, Shape};
 use glam::{UVec3, Vec3};
 
-/// The eight halves of a box.
+/// Returns the eight halves of a box.
 fn halves(cell: Aabb) -> [Aabb; 8] {
     let center = cell.center();
     cell.corners()
@@ -35,9 +35,9 @@ fn sample(cell: Aabb, numbers: &mut CaseRng) -> [[f32; LANES]; 3] {
     points
 }
 
-/// What a walk down a few random cells finds.
+/// Statistics of walks to a few random small cells.
 struct Walk {
-    /// Instructions of the whole program, and of the lists at the end.
+    /// Instructions of the unpruned program, and of the pruned ones at the end.
     whole: usize,
     left: usize,
     cells: usize,
@@ -90,7 +90,7 @@ fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut CaseRng) -> 
     result
 }
 
-/// Exact: every shape, operator, modifier and structure, shipped scenes, random blends.
+/// Exact: every shape, operator, modifier and structure, all scenes in the repository, and random blends.
 #[test]
 fn a_pruned_list_gives_the_whole_programs_bits_in_its_cell() {
     let mut numbers = CaseRng::new(51);
@@ -107,7 +107,7 @@ fn a_pruned_list_gives_the_whole_programs_bits_in_its_cell() {
     assert!(2 * left < whole, "{left} of {whole}");
 }
 
-/// A thousand balls: a small cell has a few of them.
+/// Among a thousand spheres, a small cell needs a few.
 #[test]
 fn a_small_cell_has_a_short_list() {
     let mut numbers = CaseRng::new(52);
@@ -127,7 +127,7 @@ fn a_small_cell_has_a_short_list() {
     assert!(mean < 20, "{mean} instructions on average");
 }
 
-/// Negative control: with a cell's list used in another cell, distances are wrong.
+/// Negative control: a cell's pruned program gives wrong distances in another cell.
 #[test]
 fn a_list_is_wrong_outside_of_its_cell() {
     let case = random_blends(53, 40);
@@ -149,9 +149,9 @@ fn a_list_is_wrong_outside_of_its_cell() {
     assert_ne!(whole, pruned);
 }
 
-/// All cells of a full batch have lists of their own.
+/// All cells of a full batch have their own pruned programs.
 #[test]
-fn a_full_batch_of_cells_is_told_apart() {
+fn a_full_batch_of_cells_has_separate_programs() {
     let case = random_blends(55, 40);
     let program = Program::lower(&case.scene).expect("a program");
     let region = program.aabb();
@@ -182,7 +182,8 @@ fn a_full_batch_of_cells_is_told_apart() {
     assert!(lengths.len() > 5);
 }
 
-/// Grids of uneven sizes and spacings, of every case: each distance is the whole program's, also far from the surface.
+/// Grids of uneven sizes and spacings, for every case: each distance equals the unpruned program, also far from the
+/// surface.
 #[test]
 fn grids_by_parts_are_the_whole_programs() {
     let mut pruned = 0;

@@ -1,6 +1,6 @@
-//! Rays and light: the GPU's buffers against the CPU's, and the CPU's rays against a search in tiny steps.
+//! Compares rays and light: the GPU's buffers with the CPU's, and the CPU's rays with a search in tiny steps.
 //!
-//! *Length.* A test for each pass of a picture, with the search that they are held against.
+//! *Length.* A test for each pass of an image, with the search that they are compared with.
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
@@ -15,7 +15,7 @@ use argil_render::{
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
 
-/// Thin rods, a blend, a cut, a twist, two materials.
+/// Returns a scene with thin rods, a blend, a subtraction, a twist and two materials.
 fn scene() -> Scene {
     let mut scene = Scene::new();
     scene
@@ -81,7 +81,8 @@ fn small(show: RenderMode) -> RenderSettings {
     }
 }
 
-/// How far two hit buffers are apart: hits of another kind, and the greatest gap of length, normal and steps of others.
+/// Compares two hit buffers: hits of different kinds, and the largest differences of length, normal and steps among
+/// the others.
 fn gap(a: &[Hit], b: &[Hit]) -> (usize, f32) {
     let mut other_kind = 0;
     let mut greatest = 0.0f32;
@@ -107,8 +108,8 @@ fn color_gap(a: &RenderOutput, b: &RenderOutput) -> (usize, u8) {
     })
 }
 
-/// Bounded. Where a ray just grazes or just reaches, a rounding decides, so a few in a thousand may differ in kind; the
-/// others agree to what a central difference makes of rounding. Colors: one step of 255, two where a shadow's edge is.
+/// Bounded. At grazing rays rounding decides, so a few in a thousand may differ in kind. The others agree to the
+/// rounding of a central difference. Colors differ by one step of 255, or two at the edge of a shadow.
 #[test]
 fn gpu_pictures_are_the_cpus() {
     let scene = scene();
@@ -147,7 +148,7 @@ fn gpu_pictures_are_the_cpus() {
     }
 }
 
-/// The first crossing of the surface, by steps much smaller than anything in the scene.
+/// Returns the first crossing of the surface, in steps much smaller than any feature.
 fn first_crossing(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<f32> {
     let sign = naive::distance(scene, origin).signum();
     let mut t = 0.0;
@@ -161,9 +162,9 @@ fn first_crossing(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<f32> {
     None
 }
 
-/// Silhouettes, thin rods, cameras inside a solid and grazing ones: rays find what a search finds.
+/// Silhouettes, thin rods, cameras inside a solid and grazing rays: rays find the same hits as a search.
 #[test]
-fn rays_find_what_a_search_finds() {
+fn rays_equal_a_search() {
     let scene = scene();
     let program = Program::lower(&scene).expect("valid");
     let settings = RenderSettings {
@@ -212,7 +213,7 @@ fn rays_find_what_a_search_finds() {
     }
 }
 
-/// The rod is thinner than a pixel and than a step near it: it is hit all the same.
+/// The rod is thinner than a pixel and than a step near it, and is hit anyway.
 #[test]
 fn thin_rods_are_not_lost() {
     let mut scene = Scene::new();
@@ -268,7 +269,8 @@ fn an_empty_scene_is_sky_on_both_devices() {
     assert_eq!(color_gap(&cpu, &found).0, 0);
 }
 
-/// Every scene that ships and one with a thousand brushes: long programs, loops and searches, in small pictures.
+/// Renders every scene of the repository, and one with a thousand brushes: long programs, loops and searches, in
+/// small images.
 #[test]
 fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
     let mut cases = shipped();
@@ -316,10 +318,10 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
     }
 }
 
-/// Bounded. Marching by what matters to each block of rays finds what marching by the whole program does: pruned distances
-/// are the same to the bit, but rays come to the surface by other steps.
+/// Bounded. Rays with pruned programs find the same hits as with the unpruned program. Pruned distances are
+/// bit-equal, but rays reach the surface with other steps.
 #[test]
-fn pruned_rays_find_what_whole_ones_do() {
+fn pruned_rays_equal_unpruned_ones() {
     let mut cases = shipped();
     cases.extend(all_cases());
     cases.extend((70..80).map(|seed| random_blends(seed, 40)));
@@ -364,7 +366,8 @@ fn pruned_rays_find_what_whole_ones_do() {
     assert!(rays > 100_000, "{rays}");
 }
 
-/// Where a ray first meets one of some spheres of a radius, and by how much it passes the nearest before that.
+/// Returns where a ray first hits one of several spheres of a radius, and the minimum gap to the spheres before
+/// that.
 fn nearest_sphere(spheres: &[Vec3], radius: f32, origin: Vec3, direction: Vec3) -> (f32, f32) {
     let (mut first, mut passed) = (f32::INFINITY, f32::INFINITY);
     for &center in spheres {
@@ -380,7 +383,7 @@ fn nearest_sphere(spheres: &[Vec3], radius: f32, origin: Vec3, direction: Vec3) 
     (first, passed)
 }
 
-/// Of very many spheres, rays find the one that a formula says.
+/// Among very many spheres, rays find the one that a formula gives.
 #[test]
 fn rays_find_the_nearest_of_very_many() {
     let radius = 0.008;
@@ -425,7 +428,7 @@ fn rays_find_the_nearest_of_very_many() {
     assert!(met > 500 && missed > 500, "{met} met, {missed} missed");
 }
 
-/// Light by what is near each point is that of the whole field, also where all that is near is in a group.
+/// Light from nearby pieces equals light from the whole field, also if all nearby pieces are in a group.
 #[test]
 fn light_of_many_is_the_whole_fields() {
     for is_grouped in [false, true] {

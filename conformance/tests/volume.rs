@@ -1,5 +1,5 @@
-//! Volumes at the buffer: the GPU's texels, codes and nodes against the CPU's, stored distances against the field, and
-//! rays through them on both devices.
+//! Tests volumes in their buffers: the GPU's texels, codes and nodes against the CPU's, stored distances against
+//! the field, and rays on both devices.
 //!
 //! *Length.* A test for each pass of dense volumes and octrees, with the scenes and bounds that they share.
 
@@ -22,7 +22,7 @@ use argil_volume::{
 use glam::Vec3;
 use std::sync::Arc;
 
-/// How many texels differ, and by how many steps at most.
+/// Counts texels that differ, and returns the largest difference in steps.
 fn gap(a: &Texels, b: &Texels) -> (usize, i32) {
     let (a, b) = (stored_integers(a), stored_integers(b));
     assert_eq!(a.len(), b.len());
@@ -46,14 +46,14 @@ fn octree_of(volume: Volume) -> Octree {
     }
 }
 
-/// Steps by which rounding in `f32` can move a stored integer: one where it decides between two, more where the field
-/// itself rounds (`sin` and `cos`, long sums) by more than a step.
+/// Steps by which rounding in `f32` can change a stored code: one, or more where the field itself rounds by more
+/// than a step (`sin` and `cos`, long sums).
 fn steps_of(d: f32, encoding: &Encoding, range: f32) -> i32 {
     let field = 2e-5 * (1.0 + d.abs());
     1 + (field / range * encoding.format.max_code() as f32) as i32
 }
 
-/// Bounded.
+/// Bounded: texels of dense volumes.
 #[test]
 fn gpu_dense_volumes_are_the_cpus() {
     let gpu = gpu();
@@ -114,7 +114,7 @@ fn gpu_dense_volumes_are_the_cpus() {
     }
 }
 
-/// Exact: pruning changes no texel, on any level, of any case.
+/// Exact: pruning changes no texel, on any level, in any case.
 #[test]
 fn pruned_bakes_are_whole_bakes() {
     let mut cases = all_cases();
@@ -156,7 +156,7 @@ fn settings(brick: u32, depth: Option<u32>, keep: BrickTest) -> OctreeSettings {
     }
 }
 
-/// Codes, nodes and levels exact; texels bounded.
+/// Exact codes, nodes and levels; bounded texels.
 #[test]
 fn gpu_octrees_are_the_cpus() {
     let gpu = gpu();
@@ -223,7 +223,7 @@ fn gpu_octrees_are_the_cpus() {
     }
 }
 
-/// A tree with thousands of bricks: many times what one workgroup holds, levels with more nodes than that.
+/// A tree with thousands of bricks: many times the size of a workgroup, with levels that are larger than one.
 #[test]
 fn large_octrees_go_past_one_workgroup() {
     let gpu = gpu();
@@ -252,7 +252,7 @@ fn large_octrees_go_past_one_workgroup() {
     }
 }
 
-/// With the limits of WebGPU: a group of 256 threads fills tiles of 32 by columns, and few tables are bound at once.
+/// The limits of WebGPU suffice: a workgroup of 256 threads fills tiles of 32 by columns, with few bindings.
 #[test]
 fn the_limits_that_every_device_has_are_enough() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
@@ -296,8 +296,8 @@ fn the_limits_that_every_device_has_are_enough() {
     }
 }
 
-/// Bricks of half floats, where shaders write no other textures that hold 16 bits: as on the CPU but for rounding, and drawn
-/// alike, whether they are built there or brought over.
+/// Devices that cannot write 16-bit textures store half floats. Bricks equal the CPU's within rounding, and render
+/// equally, built there or uploaded.
 #[test]
 fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
     let gpu = Arc::new(Gpu::open_portable().wait().expect("a device"));
@@ -353,7 +353,7 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
     assert!(unlike.count() <= a.rgb.len() / 200);
 }
 
-/// Conservative: no level above the finest tells more than the distance, the finest no more than interpolation can add.
+/// Conservative: no coarse level exceeds the distance, and the finest exceeds it at most by interpolation.
 #[test]
 fn no_level_overstates_the_distance() {
     let mut numbers = CaseRng::new(41);
@@ -419,7 +419,8 @@ fn frame(program: &Program, volume: &Volume, eye: Vec3, show: RenderMode) -> Vec
     )
 }
 
-/// Hits of another kind or mark, or with counts that are far apart, and the greatest gaps of length and normal of others.
+/// Counts hits that differ in kind, id or steps, and returns the largest differences of length and normal among the
+/// others.
 fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
     let mut other = 0;
     let (mut length, mut normal) = (0.0f32, 0.0f32);
@@ -442,8 +443,8 @@ fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
     (other, length, normal)
 }
 
-/// Bounded: a filter may round its weights to eight bits, which moves a hit by a small part of a voxel and turns a normal
-/// by a degree or two; where a ray grazes, that decides.
+/// Bounded: a texture filter may round its weights to eight bits. That moves a hit by a small part of a voxel, and
+/// rotates a normal by a degree or two. At grazing rays the hit may differ.
 #[test]
 #[expect(
     clippy::too_many_lines,
@@ -560,7 +561,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
     }
 }
 
-/// Where look-ups begin changes how many nodes are visited and nothing else.
+/// The start of look-ups changes only the number of visited nodes.
 #[test]
 fn a_remembered_path_saves_descents_and_nothing_else() {
     let case = random_blends(12, 18);
@@ -594,8 +595,8 @@ fn a_remembered_path_saves_descents_and_nothing_else() {
     }
 }
 
-/// The study's figure 19: with bricks in the eight middle cells alone, the rays that show one are those that meet their
-/// box, and they meet it where it is.
+/// The study's figure 19: with bricks only in the eight central cells, rays show a brick if they cross the box of
+/// those cells, and hit it at the correct place.
 #[test]
 fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let mut scene = Scene::new();
@@ -644,7 +645,8 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     assert!(met > 200 && met < hits.len() / 2, "{met}");
 }
 
-/// A camera inside a solid sees its wall from within; one outside sees a cut side where the volume ends in a solid.
+/// A camera inside a solid sees its wall from inside. A camera outside sees a cut face where the volume ends inside
+/// a solid.
 #[test]
 fn rays_that_start_inside_and_solids_that_are_cut() {
     let mut scene = Scene::new();

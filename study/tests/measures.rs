@@ -1,5 +1,5 @@
-//! Measures of depths, stored distances and surfaces against NumPy's, SciPy's and trimesh's, of what Argil made of the teapot:
-//! `data/reference.py` and `examples/metrics_data.rs` tell how.
+//! Compares measures of depths, stored distances and surfaces with NumPy, SciPy and trimesh, on output of Argil for
+//! the teapot. `data/reference.py` and `examples/metrics_data.rs` describe how.
 
 use argil::glam::Vec3;
 use argil::mesh::{MeshSdf, read as read_mesh};
@@ -59,7 +59,7 @@ fn errors_of_stored_distances_agree() {
     is_same(&ErrorStats::within_band(&stored, &exact, band), expected);
 }
 
-/// Theirs are of other points, to the nearest of two millions in place of to triangles.
+/// The references use other sample points: two million nearest points in place of triangles.
 #[test]
 fn distances_between_surfaces_agree() {
     let surfaces = [24, 32].map(|n| {

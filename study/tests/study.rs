@@ -1,4 +1,4 @@
-//! A small study from beginning to end: measured, kept, gone on with, reported.
+//! Runs a small study from beginning to end: measure, store, resume, report.
 
 use argil::Engine;
 use argil_study::{Record, Store, StudyOptions, StudyProgress, findings, report, study};
@@ -42,7 +42,7 @@ fn measured(folder: &Path, only: &[&str]) -> Seen {
 }
 
 #[test]
-fn a_study_is_gone_on_with_and_reported() {
+fn a_study_resumes_and_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = folder.path().join("out");
     let first = measured(&place, &["center"]);
@@ -151,7 +151,7 @@ fn failures_are_reported_in_their_place() {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
+fn impossible_studies_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let wrong = study(
         &[Engine::cpu()],
@@ -174,7 +174,7 @@ fn what_cannot_be_is_told() {
     assert!(report(&[folder.path().into()], &out).is_err() && !out.exists());
 }
 
-/// `docs/findings.md` is what the committed records say.
+/// `docs/findings.md` is generated from the committed records.
 #[test]
 fn the_findings_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -195,9 +195,9 @@ fn the_findings_are_up_to_date() {
     );
 }
 
-/// A CPU is `cpu` on any machine; what was measured by two is not mixed.
+/// Every CPU is named `cpu`. Records of two machines are not mixed.
 #[test]
-fn machines_are_told_apart() {
+fn machines_are_distinguished() {
     let folder = tempfile::tempdir().expect("a folder");
     let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
     measured(&a, &["center"]);

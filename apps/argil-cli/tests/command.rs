@@ -1,4 +1,4 @@
-//! The command as a script uses it: exit codes, messages, JSON, files.
+//! Tests the command as a script uses it: exit codes, messages, JSON, files.
 
 mod common;
 
@@ -108,7 +108,7 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
     assert!(differ < 96 * 64 * 3 / 200, "{differ}");
 }
 
-/// What takes long is said before it begins.
+/// A warning precedes slow work.
 #[test]
 fn scenes_that_take_long_say_why() {
     let folder = folder();
@@ -304,7 +304,7 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     assert!(!folder.path().join("x.png").exists());
 }
 
-/// 3: the machine. Without any driver there is no GPU.
+/// Exit code 3 blames the machine. Without any driver there is no GPU.
 #[test]
 fn a_machine_without_a_gpu_says_so() {
     let folder = folder();
@@ -345,7 +345,7 @@ fn a_machine_without_a_gpu_says_so() {
     );
 }
 
-/// A tree of `depth` operators, leaning to one side.
+/// Returns a tree of `depth` operators that leans to one side.
 fn tree(depth: usize, left: bool) -> String {
     let leaf = |i: usize| {
         format!(

@@ -1,4 +1,4 @@
-//! `argil compare`.
+//! Tests `argil compare`.
 
 mod common;
 
@@ -57,7 +57,7 @@ fn pictures_are_compared() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
+fn incomparable_images_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let a = data("teapot-field.png");
     let broken = folder.path().join("broken.png");
@@ -81,9 +81,9 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(std::fs::read(&a).expect("a picture"), bytes);
 }
 
-/// A picture through bricks is nearly the field's; one of another side is not.
+/// An image of bricks is close to the field's, and one from another side is not.
 #[test]
-fn what_is_drawn_is_compared() {
+fn rendered_images_are_compared() {
     let folder = tempfile::tempdir().expect("a folder");
     let draw = |name: &str, more: &[&str]| {
         let place = folder.path().join(name).display().to_string();

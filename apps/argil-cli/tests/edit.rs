@@ -1,4 +1,4 @@
-//! Edits by the command.
+//! Tests edits by the command.
 
 mod common;
 
@@ -16,7 +16,7 @@ const EDITS: &str = r#"{"edit": "insert", "entry": {"operator": "subtract", "ble
 {"edit": "undo"}
 "#;
 
-/// On both devices, from a scene and from a volume; the scene that is written bakes to the volume that is written.
+/// Edits a scene and a volume on both devices. The written scene bakes to the written volume.
 #[test]
 fn edits_are_replayed_timed_and_checked() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -59,7 +59,7 @@ fn edits_are_replayed_timed_and_checked() {
     assert!(counts[0].abs_diff(counts[1]) <= 2, "{counts:?}");
 }
 
-/// A journal is there until the scene is written, and not written over.
+/// A journal stays until the scene is written, and is not overwritten.
 #[test]
 fn a_journal_brings_edits_back() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -102,7 +102,7 @@ fn a_journal_brings_edits_back() {
     fails(&read, 1, "this is the input");
 }
 
-/// A log that an editor has put a mark before brings a mesh, whose file lies beside the scene's.
+/// A log with a byte order mark, as editors write it, inserts a mesh whose file is next to the scene's.
 #[test]
 fn a_log_can_bring_a_mesh() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -177,7 +177,7 @@ fn edits_that_cannot_be_done_are_named() {
     );
 }
 
-/// Other names of meshes are no edit, and are written all the same.
+/// Renaming meshes is not an edit of the solid, and is saved anyway.
 #[test]
 fn renamed_meshes_are_written() {
     let folder = tempfile::tempdir().expect("a folder");

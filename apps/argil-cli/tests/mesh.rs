@@ -1,6 +1,6 @@
-//! Triangles by the command: out of scenes and volumes, and in.
+//! Tests triangles by the command: exports from scenes and volumes, and imports.
 //!
-//! *Length.* A test for each way of triangles out and in, with the files that they share.
+//! *Length.* A test for each way to export or import triangles, with the files that they share.
 
 mod common;
 
@@ -152,7 +152,7 @@ fn fewer_triangles_and_levels_of_detail() {
     }
 }
 
-/// Levels end where no triangle is left, or none can be left out.
+/// Levels of detail end when no triangle is left, or none can be removed.
 #[test]
 fn levels_of_detail_end_where_nothing_would_be_left() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -282,7 +282,7 @@ fn meshes_become_scenes() {
     json(&argil(&["info", &out, "--allow-external-meshes", "--json"]));
 }
 
-/// What a scene is made of is not written over by what is made of the scene, nor are a folder's names.
+/// An output never overwrites the scene's own files or a folder.
 #[test]
 fn a_scenes_own_meshes_are_spared() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -357,7 +357,7 @@ fn a_mesh_is_drawn_on_both_devices() {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of requests")]
-fn what_cannot_be_is_refused() {
+fn impossible_requests_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
     let own = scene("csg20");

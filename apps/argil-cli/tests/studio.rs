@@ -1,4 +1,4 @@
-//! `argil studio` and `argil study` where the programs are not.
+//! Tests `argil studio` and `argil study` without their programs.
 
 use std::process::Command;
 
@@ -22,10 +22,10 @@ fn a_program_that_is_not_there_says_how_it_is_built() {
     }
 }
 
-/// What is beside it is started, with the arguments, and ends it as it ends.
+/// A program next to the command is started with the arguments, and its exit code is returned.
 #[cfg(unix)]
 #[test]
-fn a_program_beside_it_is_started() {
+fn a_program_in_the_same_folder_is_started() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("a folder");
     let alone = folder.path().join("argil");

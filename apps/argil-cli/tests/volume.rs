@@ -1,10 +1,10 @@
-//! Volumes by the command: bake, draw, describe, and everything that can be asked for wrongly.
+//! Tests volumes by the command: bake, render, describe, and every wrong request.
 
 mod common;
 
 use common::{argil, fails, json, scene};
 
-/// Baked on one device, drawn on each; the picture is that of the volume which is built on the spot.
+/// Bakes on one device and renders on each. The image equals that of a volume built on the spot.
 #[test]
 fn volumes_are_baked_described_and_drawn_on_both_devices() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -79,7 +79,7 @@ fn volumes_are_baked_described_and_drawn_on_both_devices() {
 }
 
 #[test]
-fn a_volume_can_be_baked_anew_and_shown_as_bricks() {
+fn a_volume_can_be_rebaked_and_shown_as_bricks() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
     let (first, second) = (place("first.argil"), place("second.argil"));
@@ -113,7 +113,7 @@ fn a_volume_can_be_baked_anew_and_shown_as_bricks() {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of requests")]
-fn requests_that_make_no_sense_say_what_would() {
+fn senseless_requests_name_a_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
     let brick = scene("brick");
@@ -239,9 +239,9 @@ fn requests_that_make_no_sense_say_what_would() {
     assert_eq!(left.len(), 2, "{left:?}");
 }
 
-/// A volume needs no mesh beside it: drawn, measured, meshed and edited where its meshes are not, as it is where they are.
+/// A volume file needs no mesh files: it is rendered, measured, meshed and edited without them.
 #[test]
-fn a_volume_stands_alone() {
+fn a_volume_file_needs_no_other_file() {
     let done = |arguments: &[&str]| {
         let output = argil(arguments);
         let errors = String::from_utf8_lossy(&output.stderr);
@@ -282,7 +282,7 @@ fn a_volume_stands_alone() {
     }
 }
 
-/// A name that says that something else is in the file is refused before any work.
+/// A file name that announces another format is refused before any work.
 #[test]
 fn volumes_are_not_named_as_other_files_are() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! What is changed of brushes, meshes and materials, and work that goes on beside the window.
+//! Tests changes of brushes, meshes and materials, and work in the background.
 //!
 //! *Length.* A test for each kind of change.
 
@@ -77,7 +77,7 @@ fn escape_takes_a_drag_and_a_stroke_back() {
 }
 
 #[test]
-fn what_is_selected_is_nudged_along_axes() {
+fn the_selection_is_nudged_along_axes() {
     let mut desk = desk();
     desk.click("Add Sphere");
     desk.choose("View", "Front or back");
@@ -100,7 +100,7 @@ fn what_is_selected_is_nudged_along_axes() {
 }
 
 #[test]
-fn all_that_are_selected_are_changed_alike() {
+fn a_change_applies_to_all_selected_nodes() {
     let mut desk = desk();
     desk.click("Add Sphere");
     desk.click("Add Sphere");
@@ -128,7 +128,7 @@ fn all_that_are_selected_are_changed_alike() {
 }
 
 #[test]
-fn what_is_locked_stays_as_it_is() {
+fn locked_nodes_do_not_change() {
     let mut desk = desk();
     desk.click("Add Sphere");
     desk.press(Modifiers::NONE, Key::L);
@@ -205,7 +205,7 @@ fn keyframes_are_added_and_looked_at() {
     assert_eq!(entries(&desk)[0].keyframes.len(), 1);
 }
 
-/// A square pyramid.
+/// Returns a square pyramid.
 fn pyramid(path: &Path) {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n\
         f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
@@ -340,7 +340,7 @@ fn names_that_no_file_can_have_are_refused_before_the_work() {
 }
 
 #[test]
-fn closing_waits_for_what_runs_and_what_is_cancelled_leaves_nothing() {
+fn closing_waits_for_jobs_and_canceled_jobs_leave_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut desk = desk();
     desk.answers.borrow_mut().push(folder.path().into());
@@ -358,7 +358,7 @@ fn closing_waits_for_what_runs_and_what_is_cancelled_leaves_nothing() {
 }
 
 #[test]
-fn what_changes_nothing_leaves_what_can_be_redone() {
+fn edits_without_effect_keep_the_redo_steps() {
     let mut desk = desk();
     for shape in ["Add Sphere", "Add Box", "Add Torus"] {
         desk.click(shape);
@@ -379,7 +379,7 @@ fn what_changes_nothing_leaves_what_can_be_redone() {
 }
 
 #[test]
-fn what_is_given_up_keeps_the_selection() {
+fn canceled_strokes_keep_the_selection() {
     let mut desk = desk();
     desk.click("Add Sphere");
     desk.press(Modifiers::NONE, Key::F2);
@@ -391,7 +391,7 @@ fn what_is_given_up_keeps_the_selection() {
     assert!(desk.studio().document().selection.is_empty());
 }
 
-/// A wavy sheet with a bottom, of many triangles.
+/// Returns a wavy sheet of many triangles, with a bottom.
 fn landscape(path: &Path) {
     let (n, mut text) = (120, String::new());
     for i in 0..=n {
@@ -410,7 +410,7 @@ fn landscape(path: &Path) {
 }
 
 #[test]
-fn what_is_imported_while_it_closes_is_asked_about() {
+fn an_import_while_closing_asks_first() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("hills.obj");
     landscape(&mesh);

@@ -1,6 +1,6 @@
-//! What a person does, from pressing and dragging to what is in the scene.
+//! Tests what a user does, from presses and drags to the scene.
 //!
-//! *Length.* A test for each thing that a person does.
+//! *Length.* A test for each action of a user.
 
 mod common;
 
@@ -12,7 +12,7 @@ fn desk() -> Desk {
     Desk::new(Begin::default())
 }
 
-/// With nothing in it but a ball of radius 0.5 or so in the middle, selected.
+/// Opens a scene that has only a selected sphere of radius 0.5 at the center.
 fn with_a_ball() -> Desk {
     let mut desk = desk();
     desk.step();
@@ -82,7 +82,7 @@ fn handles_duplicate_rotate_and_scale() {
     assert_eq!(names[1..], ["Scale", "Rotate"]);
 }
 
-/// A handle of one axis scales one axis, and a shape that has no length along one has no handle there.
+/// A handle of one axis scales one axis. A shape that has no length along an axis has no handle there.
 #[test]
 fn handles_of_one_axis_scale_one_axis() {
     let mut desk = with_a_ball();
@@ -107,7 +107,7 @@ fn handles_of_one_axis_scale_one_axis() {
 
 /// Escape closes an open menu and does nothing else.
 #[test]
-fn escape_closes_what_is_open() {
+fn escape_closes_the_open_popup() {
     let mut desk = with_a_ball();
     assert_eq!(desk.studio().document().selection.len(), 1);
     desk.click("File");
@@ -119,7 +119,8 @@ fn escape_closes_what_is_open() {
     assert!(desk.studio().document().selection.is_empty());
 }
 
-/// What cannot be drawn is refused before it is recorded: nothing of it is in the document, the history or the log.
+/// A change that cannot be rendered is refused before it is recorded: the document, the history and the log do not
+/// contain it.
 #[test]
 fn edits_that_cannot_be_drawn_are_refused() {
     let mut desk = with_a_ball();
@@ -258,7 +259,7 @@ fn strokes_add_carve_smooth_and_are_one_step_each() {
 }
 
 #[test]
-fn commands_are_found_and_shortcuts_given_anew() {
+fn commands_are_found_and_shortcuts_reassigned() {
     let mut desk = with_a_ball();
     desk.press(Modifiers::COMMAND, Key::K);
     desk.type_text("dupl");
@@ -309,7 +310,7 @@ fn scenes_are_saved_and_opened_and_nothing_is_lost_unasked() {
 }
 
 #[test]
-fn meshes_are_exported_and_imported_beside_the_window() {
+fn meshes_are_exported_and_imported_in_the_background() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("ball.obj");
     let mut desk = with_a_ball();
@@ -338,7 +339,7 @@ fn meshes_are_exported_and_imported_beside_the_window() {
 }
 
 #[test]
-fn what_was_not_saved_comes_back_after_a_crash() {
+fn unsaved_work_is_restored_after_a_crash() {
     let folder = tempfile::tempdir().expect("a folder");
     let begin = || Begin {
         recovery: Some(folder.path().into()),
@@ -394,7 +395,7 @@ fn keys_wait_until_the_pointer_lets_go() {
 }
 
 #[test]
-fn what_is_not_saved_stays_unsaved_until_it_is_put_away() {
+fn unsaved_work_stays_until_it_is_discarded() {
     let mut desk = with_a_ball();
     desk.press(Modifiers::COMMAND, Key::O);
     desk.window.run_steps(20);
@@ -432,7 +433,7 @@ fn a_node_that_is_gone_is_not_edited() {
 }
 
 #[test]
-fn a_crash_after_a_save_brings_back_what_came_after() {
+fn a_crash_after_a_save_restores_later_work() {
     let folder = tempfile::tempdir().expect("a folder");
     let sessions = folder.path().join("sessions");
     let begin = || Begin {

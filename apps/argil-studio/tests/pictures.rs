@@ -1,4 +1,4 @@
-//! The window as it looks, against pictures that were looked at. `UPDATE_PICTURES=1` takes what there is now in their place.
+//! Compares the window with stored images. `UPDATE_PICTURES=1` replaces them by the current ones.
 
 mod common;
 

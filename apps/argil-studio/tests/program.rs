@@ -1,4 +1,4 @@
-//! The editor where there is no screen.
+//! Tests the editor without a screen.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
-//! csg20 at 256³ points, nothing pruned: batches on one thread and on two.
-//! Every way must find 1,244,122 points inside.
+//! csg20 at 256³ points without pruning, in batches on one thread and on two. Every variant must find 1,244,122
+//! points inside.
 
 use argil_field::{Evaluator, Grid, LANES, Program};
 use argil_scene::Scene;

@@ -1,4 +1,4 @@
-//! The shader for other engines, on a device of its own: `docs/march-bricks.md`.
+//! Runs the shader for other engines, `docs/march-bricks.md`, on its own device.
 
 use argil_field::Program;
 use argil_scene::Scene;
@@ -127,7 +127,8 @@ fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     bytemuck::cast_slice(&view).to_vec()
 }
 
-/// Sphere tracing through the exact field: how far, if anything is met; and the least distance on the way.
+/// Traces a ray through the exact field by sphere tracing. Returns the distance to the hit, and the minimum
+/// distance on the way.
 fn traced(program: &Program, [origin, direction]: [Vec3; 2], end: f32) -> (Option<f32>, f32) {
     let (mut t, mut least) = (0.0, f32::INFINITY);
     while t < end {
@@ -141,10 +142,10 @@ fn traced(program: &Program, [origin, direction]: [Vec3; 2], end: f32) -> (Optio
     (None, least)
 }
 
-/// Rays of the shader end where the exact field is 0, within a fraction of a voxel, and none that meets something is lost; those that
-/// start beside the surface, where bounds are near 0, arrive as well.
+/// Rays of the shader end where the exact field is 0, within a fraction of a voxel. No ray misses a hit, and rays
+/// that start near the surface, where bounds are near 0, arrive too.
 #[test]
-fn a_shader_of_ones_own_meets_what_the_field_says() {
+fn a_custom_shader_hits_the_fields_surface() {
     for name in ["csg20", "temple"] {
         let path = format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let scene = Scene::open(path).expect("a scene that ships");

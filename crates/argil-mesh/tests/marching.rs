@@ -1,4 +1,4 @@
-//! Meshes of fields: closed, the same from a dense grid and from bricks, and where the surface is.
+//! Tests meshes of fields: they are closed, equal for dense grids and bricks, and on the surface.
 
 use argil_field::{Grid, Program};
 use argil_mesh::marching::bricks::{self, MarchedMesh};
@@ -25,7 +25,7 @@ fn blend() -> Program {
     Program::lower(&scene).expect("a program")
 }
 
-/// The samples of bricks' lattice, at voxels' corners.
+/// Samples the field at the corners of voxels.
 fn corners(program: &Program, lattice: &VoxelGrid) -> (Grid, Vec<f32>) {
     let grid = Grid {
         min: lattice.corner,
@@ -48,7 +48,7 @@ fn baked(program: &Program, resolution: u32, brick: u32) -> Bricks {
     Bricks::bake(program, layout, None).expect("bricks").0
 }
 
-/// Triangles as their corners' places, in order.
+/// Returns the positions of the triangles' vertices, in order.
 fn places(mesh: &Mesh, voxel: f32) -> Vec<[[i64; 3]; 3]> {
     let mut all: Vec<_> = (0..mesh.triangles.len())
         .map(|i| {
@@ -267,7 +267,7 @@ fn rows_of_any_length() {
     }
 }
 
-/// Where a gradient at a crease is that of the side which is not seen, its normal is turned to the outside.
+/// If the gradient at a crease belongs to the hidden side, the normal is turned outward.
 #[test]
 fn normals_at_creases_are_turned_outwards() {
     let mut scene = Scene::new();
@@ -306,7 +306,8 @@ fn normals_at_creases_are_turned_outwards() {
     assert_eq!((against(&marched), lengths(&marched)), (0, before));
 }
 
-/// Cells that share a corner of the solid have their vertices apart: no triangle is without an area, and the surface is closed.
+/// Cells that share a corner of the solid have separate vertices. No triangle has an area of 0, and the surface is
+/// closed.
 #[test]
 fn dual_meshes_have_no_flat_triangles() {
     for resolution in [20, 32, 33, 48] {

@@ -1,4 +1,4 @@
-//! Distances to triangles: those of the shape they were made of, and solids of meshes that are none.
+//! Tests distances to triangles: against the shape that they came from, and for meshes that are not solids.
 //!
 //! *Length.* A test for each kind of mesh that is no solid, with the meshes that they share.
 
@@ -18,7 +18,7 @@ fn field(p: Vec3) -> f32 {
     ring.min(p.distance(Vec3::new(0.9, 0.0, 0.0)) - 0.25)
 }
 
-/// Triangles of the field at so many samples.
+/// Extracts triangles of a field at a resolution.
 fn mesh(n: u32) -> Mesh {
     let grid = Grid::spanning(Vec3::splat(-1.2), Vec3::splat(1.2), n);
     let at = |i: u32, axis: usize| grid.min[axis] + grid.spacing[axis] * i as f32;
@@ -39,7 +39,7 @@ fn points() -> Vec<Vec3> {
         .collect()
 }
 
-/// The distance by looking at every triangle, and the sign by all solid angles.
+/// Computes the distance by testing every triangle, and the sign by summing all solid angles.
 fn slow(mesh: &Mesh, p: Vec3) -> f64 {
     let (mut best, mut turns) = (f64::INFINITY, 0.0);
     for i in 0..mesh.triangles.len() {
@@ -70,7 +70,7 @@ fn slow(mesh: &Mesh, p: Vec3) -> f64 {
 }
 
 #[test]
-fn the_tree_finds_what_looking_at_all_finds() {
+fn the_tree_equals_brute_force() {
     let mesh = mesh(24);
     let solid = MeshSdf::new(&mesh).expect("a solid");
     let points = points();
@@ -268,7 +268,7 @@ fn axes_and_units() {
 }
 
 #[test]
-fn what_is_no_mesh_is_told() {
+fn files_that_are_not_meshes_are_refused() {
     let nothing = from_bytes(b"", MeshFormat::Obj, Path::new("empty.obj"))
         .map(|mesh| MeshSdf::new(&mesh).map(|_| ()));
     assert!(matches!(
@@ -294,7 +294,7 @@ fn what_is_no_mesh_is_told() {
     assert!(beyond.is_err());
 }
 
-/// A ring, and needles that are thinner than what lies between samples and end between those that are searched for.
+/// A ring, and needles that are thinner than the distance between samples.
 #[test]
 fn blocks_of_samples_are_exact_near_the_surface() {
     let mut mesh = mesh(60);
@@ -351,7 +351,7 @@ fn blocks_of_samples_are_exact_near_the_surface() {
     assert!(nears > 5000 && fars > 5000, "{nears} {fars}");
 }
 
-/// A GLB of one tetrahedron, after its JSON was changed.
+/// Builds a GLB file of one tetrahedron, with changed JSON.
 fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshReadError> {
     let tetrahedron = Mesh {
         positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
@@ -451,7 +451,7 @@ fn surfaces_with_two_sides_come_out_solid() {
 }
 
 #[test]
-fn what_encloses_nothing_or_cannot_be_measured_is_told() {
+fn meshes_without_a_volume_are_refused() {
     let square = Mesh {
         positions: vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -509,7 +509,7 @@ fn what_encloses_nothing_or_cannot_be_measured_is_told() {
     ));
 }
 
-/// A part within another leaves nothing in the distances, as it is no surface of the solid.
+/// A part inside another part does not affect distances, because it is not a surface of the solid.
 #[test]
 fn nested_and_overlapping_parts_are_one_solid() {
     let sphere = |radius: f32, at: Vec3| {
@@ -556,7 +556,7 @@ fn nested_and_overlapping_parts_are_one_solid() {
     assert!((hollow.distance(0.75 * Vec3::X) + 0.25).abs() < 0.01);
 }
 
-/// Strips and fans are triangles, and what is compressed is refused by its name.
+/// Strips and fans are read as triangles. Compressed files are refused by name.
 #[test]
 fn strips_are_read_and_compressed_files_are_named() {
     let strips = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\

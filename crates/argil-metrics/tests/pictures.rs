@@ -1,4 +1,5 @@
-//! Measures of pictures against SciPy, scikit-image and the authors' FLIP (`data/reference.py`), on pictures that Argil drew.
+//! Compares image measures with SciPy, scikit-image and the authors' FLIP (`data/reference.py`), on images that
+//! Argil rendered.
 
 use argil_metrics::{Rgb8Image, differing_pixels, flip, laplacian, psnr, ssim};
 use serde_json::Value;

@@ -1,10 +1,10 @@
-//! Measures of depths, surfaces and stored distances, where the answer is known.
+//! Tests measures of depths, surfaces and stored distances with known answers.
 
 use argil_metrics::surface::{SurfaceDistance, sample_surface};
 use argil_metrics::{ErrorStats, depth};
 use glam::Vec3;
 
-/// Triangles of a sphere: a cube's faces, cut and blown up.
+/// Returns triangles of a sphere: a cube's faces, divided and projected.
 fn sphere(radius: f32, cuts: usize) -> Vec<[Vec3; 3]> {
     let mut all = Vec::new();
     for face in 0..6 {
@@ -51,7 +51,7 @@ fn spheres_are_as_far_apart_as_their_radii() {
     assert!((apart.chamfer() - 0.1).abs() < 0.004, "{apart:?}");
 }
 
-/// Points lie everywhere alike: as many on each eighth, and their middle is that of the sphere.
+/// Sample points are uniform: each octant has the same number, and their mean is the center of the sphere.
 #[test]
 fn points_are_spread_by_area() {
     let points = sample_surface(&sphere(1.0, 30), 8000);

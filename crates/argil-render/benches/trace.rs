@@ -1,7 +1,7 @@
-//! csg20 at 1024², pictures of normals on one thread and on two: through the field with nothing pruned, through the field, and
-//! through bricks of 512³.
+//! csg20 at 1024², images of normals on one thread and on two: through the field without pruning, through the
+//! field, and through bricks of 512³.
 //!
-//! With nothing pruned 248,357 pixels must hit, 23.7 % of them, and as many but for a few in a thousand in the others.
+//! Without pruning 248,357 pixels must hit, which are 23.7 %. The others may differ by a few in a thousand.
 //!
 //! `cargo bench -p argil-render --bench trace -- [SCENE.json AZIMUTH ELEVATION DISTANCE FIELD_OF_VIEW SIDE]`
 

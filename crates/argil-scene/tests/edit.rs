@@ -1,4 +1,4 @@
-//! Edits: what is refused, what can be undone, and that many of them stay quick.
+//! Tests edits: refused edits, undo, and the speed of many edits.
 
 use argil_scene::{Brush, Edit, EditError, Group, HistoryLimit, Modifier, NodeKind, Scene, Shape};
 
@@ -8,7 +8,7 @@ fn ball() -> Brush {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of edits")]
-fn edits_are_checked_and_leave_the_scene_as_it_was() {
+fn refused_edits_leave_the_scene_unchanged() {
     let mut scene = Scene::new();
     let brush = scene.push(ball().with_name("ball")).unwrap().node;
     let group = scene.push(Group::new()).unwrap().node;
@@ -253,7 +253,7 @@ fn changes_name_the_node_and_its_groups() {
     assert_ne!(scene.clone().id(), scene.id());
 }
 
-/// A grid of one cell, as far from everything as is said.
+/// Returns a grid of one cell with a given distance everywhere.
 fn grid(distance: f32) -> std::sync::Arc<argil_scene::SampledGrid> {
     use argil_math::Aabb;
     use glam::{UVec3, Vec3};
@@ -263,7 +263,7 @@ fn grid(distance: f32) -> std::sync::Arc<argil_scene::SampledGrid> {
 }
 
 #[test]
-fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
+fn a_replaced_mesh_also_applies_to_undone_nodes() {
     let mut scene = Scene::new();
     let mesh = Brush::new(Shape::mesh("a.obj"));
     let Shape::Mesh { resolution, .. } = Shape::mesh("a.obj") else {
@@ -287,7 +287,7 @@ fn a_mesh_given_anew_is_that_of_what_undo_brings_back() {
 }
 
 #[test]
-fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
+fn renaming_meshes_also_renames_them_in_the_history() {
     let mut scene = Scene::new();
     let Shape::Mesh { resolution, .. } = Shape::mesh("") else {
         panic!("a mesh")
@@ -324,9 +324,9 @@ fn meshes_are_named_anew_all_at_once_in_what_is_undone_too() {
     assert_eq!(other.missing_meshes(), [("a.obj".to_owned(), resolution)]);
 }
 
-/// What is forgotten is told: those who follow begin anew, and nothing grows for ever.
+/// A follower that missed forgotten changes is told to start again, and no list grows without limit.
 #[test]
-fn changes_are_kept_for_a_while() {
+fn recent_changes_are_stored() {
     let mut scene = Scene::new();
     let ball = scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
     let by = Modifier::Translate {
@@ -350,8 +350,8 @@ fn changes_are_kept_for_a_while() {
     assert!(scene.undo().is_some() && scene.undo().is_none());
 }
 
-/// A history with a limit stays within it, by steps or by bytes, and frees what only it held; thousands of turns of one node
-/// stay a few modifiers.
+/// A history with a limit stays within it, by steps or by bytes, and frees what only it referred to. Thousands of
+/// rotations of one node stay a few modifiers.
 #[test]
 fn histories_keep_to_a_limit() {
     let mut scene = Scene::new();
@@ -391,7 +391,8 @@ fn histories_keep_to_a_limit() {
     assert!(scene == fresh);
 }
 
-/// A node of another scene is refused, and not taken for the one that has its number; clones know what there was before them.
+/// A node of another scene is refused, even if a node of this scene has the same number. Clones know the nodes from
+/// before the clone.
 #[test]
 fn nodes_of_other_scenes_are_refused() {
     let (mut one, mut other) = (Scene::new(), Scene::new());

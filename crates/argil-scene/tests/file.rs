@@ -1,4 +1,4 @@
-//! Scene files: round trips, errors with their place, and hostile input.
+//! Tests scene files: round trips, errors with line and column, and hostile input.
 
 use argil_scene::{Brush, FileError, Group, Material, Modifier, Path2, PathSegment, Scene, Shape};
 

@@ -1,4 +1,4 @@
-//! A session comes back from its journal after its process was killed at any moment.
+//! Recovers a session from its journal after its process was killed at any moment.
 
 use argil_scene::{Brush, Edit, Journal, JournalError, Modifier, Scene, Shape};
 use std::io::{Read, Write};
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// The variable that tells a process of this program to be killed where its journal goes.
+/// The environment variable that makes a process of this program write a journal until it is killed.
 const VICTIM: &str = "ARGIL_TEST_JOURNAL";
 
 fn beginning() -> Scene {
@@ -18,7 +18,7 @@ fn beginning() -> Scene {
     Scene::from_json(&scene.to_json(), "beginning").expect("a scene")
 }
 
-/// The nth line of a session: insertions, transforms, strokes, undos and redos, always the same ones.
+/// Returns line n of a session of insertions, transforms, strokes, undos and redos. It is always the same.
 fn line(scene: &Scene, nth: u64) -> String {
     let random = nth.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
     let count = scene.node(Scene::ROOT).children().len();
@@ -43,7 +43,7 @@ fn line(scene: &Scene, nth: u64) -> String {
     }
 }
 
-/// Not a test: what the test below starts, and kills.
+/// Not a test: the test below starts and kills this process.
 #[test]
 fn victim() {
     let Some(path) = std::env::var_os(VICTIM) else {
@@ -138,7 +138,7 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
 }
 
 #[test]
-fn a_journal_cut_anywhere_gives_what_was_whole() {
+fn a_truncated_journal_gives_all_complete_lines() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("cut.journal");
     let mut scene = beginning();
@@ -194,7 +194,7 @@ fn a_journal_cut_anywhere_gives_what_was_whole() {
 }
 
 #[test]
-fn what_is_refused_is_not_recorded() {
+fn refused_edits_are_not_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("refused.journal");
     let mut scene = beginning();

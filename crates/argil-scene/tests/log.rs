@@ -1,4 +1,4 @@
-//! Edits as lines of text.
+//! Tests edits as lines of text.
 
 use argil_scene::{Brush, Edit, Group, Material, Modifier, NodeDesc, Scene, Shape};
 
@@ -6,7 +6,7 @@ fn ball(radius: f32) -> Brush {
     Brush::new(Shape::sphere(radius)).smooth(0.05)
 }
 
-/// Whatever is done to one scene and logged can be done to another that began alike.
+/// A log of any edits of one scene gives the same result in another scene with the same start.
 #[test]
 fn a_log_replays_on_another_scene() {
     let mut scene = Scene::new();
@@ -80,7 +80,7 @@ fn a_log_replays_on_another_scene() {
     assert_eq!(other, scene);
 }
 
-/// A group comes with all that it holds, as one step.
+/// A group is inserted with all of its contents, as one step.
 #[test]
 fn a_group_with_brushes_is_one_step() {
     let mut scene = Scene::new();
@@ -159,7 +159,7 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
     }
 }
 
-/// An edit that a check refuses leaves no trace, within a stroke or not: what could be undone and redone still can.
+/// An edit that a check refuses leaves no trace, in a stroke or outside. The steps to undo and redo stay.
 #[test]
 fn refused_edits_leave_no_trace() {
     #[derive(Debug, thiserror::Error)]
@@ -216,9 +216,9 @@ fn refused_edits_leave_no_trace() {
     assert!(scene.redo().is_some() && modifiers(&scene) == 2);
 }
 
-/// What is a brush and a group at once is refused before anything is done, however deep it is: no stroke stays open.
+/// A node that is a brush and a group at once is refused before any change, at any depth. No stroke stays open.
 #[test]
-fn what_is_a_brush_and_a_group_is_refused_whole() {
+fn a_brush_that_is_also_a_group_is_refused() {
     let ball = r#"{"shape":{"type":"sphere","radius":0.5}}"#;
     let both = r#"{"shape":{"type":"sphere","radius":0.5},"brushes":[{"brushes":[]}]}"#;
     let mut scene = Scene::new();
@@ -238,7 +238,7 @@ fn what_is_a_brush_and_a_group_is_refused_whole() {
     assert_eq!(scene.brush_count(), 2);
 }
 
-/// An index beyond all is refused, and not wrapped round.
+/// An index beyond the end is refused, and does not wrap around.
 #[test]
 fn an_absurd_index_is_refused() {
     let mut scene = Scene::new();

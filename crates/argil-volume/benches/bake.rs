@@ -1,4 +1,4 @@
-//! csg20 at 256³, nothing pruned: a dense bake against the field's own batch evaluation of the same points, in turns.
+//! csg20 at 256³ without pruning: a dense bake against the field's batch evaluation of the same points, in turns.
 //! Both must find 1,259,486 points inside. Then octrees of the same volume.
 
 use argil_field::Program;

@@ -1,5 +1,5 @@
-//! Sparse bricks: what a bake takes and how large it is, for scenes named on the command line, or csg20, of which there must
-//! be 3,629 bricks at 256³.
+//! Sparse bricks: duration and memory of a bake, for scenes from the command line, or for csg20, which must have
+//! 3,629 bricks at 256³.
 //!
 //! `cargo bench -p argil-volume --bench bricks -- [SCENE.json …]`
 

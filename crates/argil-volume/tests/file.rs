@@ -1,4 +1,4 @@
-//! Volume files: round trips, and everything that can be wrong with one.
+//! Tests volume files: round trips, and every way in which a file can be wrong.
 
 use argil_field::Program;
 use argil_math::Aabb;
@@ -9,7 +9,7 @@ use argil_volume::{
 };
 use glam::Vec3;
 
-/// Whatever is in them: a path whose length is no multiple of 4, and one without words.
+/// Builds a volume file's other sections: a path whose length is not a multiple of 4, and one without words.
 fn meshes() -> Vec<StoredMesh<'static>> {
     let mesh = |path: &'static str, words: Vec<f32>| StoredMesh {
         path: path.into(),
@@ -97,7 +97,7 @@ fn volumes_survive_a_round_trip_bit_for_bit() {
     }
 }
 
-/// The longest volume there is, thin: as many levels as there can be.
+/// Builds the longest possible volume, which is thin and has the maximum number of levels.
 #[test]
 fn a_volume_with_the_most_levels_survives_too() {
     let mut scene = Scene::new();
@@ -142,7 +142,7 @@ fn a_truncated_file_is_refused_at_every_length_with_the_section_at_fault() {
 }
 
 #[test]
-fn no_changed_byte_goes_unnoticed_but_in_gaps() {
+fn every_changed_byte_is_detected_except_in_gaps() {
     for volume in volumes() {
         let bytes = bytes_of(&volume);
         let mut unnoticed = 0;
@@ -180,9 +180,9 @@ fn newer_files_and_others_say_so() {
     assert!(VolumeFile::open(".").is_err());
 }
 
-/// A file whose checksums are right and whose contents are not: what a fuzzer with a repaired checksum would find.
+/// Builds a file with correct checksums and wrong contents, as a fuzzer that repairs checksums would.
 #[test]
-fn contents_that_make_no_sense_are_refused_whatever_they_are() {
+fn inconsistent_contents_are_refused() {
     let mut refused = 0;
     let mut state = 12345u32;
     let mut next = || {
@@ -220,7 +220,7 @@ fn contents_that_make_no_sense_are_refused_whatever_they_are() {
     assert!(refused > 1000, "{refused}");
 }
 
-/// Make all checksums right again.
+/// Corrects all checksums.
 fn repair(bytes: &mut [u8]) {
     let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);
     let count = (word(bytes, 12) as usize).min(32);

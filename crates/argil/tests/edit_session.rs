@@ -1,4 +1,4 @@
-//! Worlds that follow their scenes.
+//! Tests worlds that follow the edits of their scenes.
 //!
 //! *Length.* A test for each kind of change that a world follows, with the scenes that they share.
 
@@ -35,7 +35,7 @@ fn moved(scene: &mut Scene, nth: usize, by: [f32; 3]) {
     scene.apply(Edit::Transform { node, by }).expect("an edit");
 }
 
-/// How far the middles of some of a world's cells are from a point, on average.
+/// Returns the mean distance of some cells' centers from a point.
 fn distance_of(world: &World, cells: &[[i32; 3]], eye: [f32; 3]) -> f32 {
     let volume = world.volume().expect("a volume").expect("a volume");
     let Volume::Bricks(bricks) = &*volume else {
@@ -47,7 +47,7 @@ fn distance_of(world: &World, cells: &[[i32; 3]], eye: [f32; 3]) -> f32 {
     all.sum::<f32>() / cells.len() as f32
 }
 
-/// What cells hold: the samples of their bricks.
+/// Returns the samples of the cells' bricks.
 fn cells(world: &World) -> BTreeMap<[i32; 3], Vec<u8>> {
     let volume = world.volume().expect("a volume").expect("a volume");
     let Volume::Bricks(bricks) = &*volume else {
@@ -69,7 +69,8 @@ fn cells(world: &World) -> BTreeMap<[i32; 3], Vec<u8>> {
         .collect()
 }
 
-/// A large edit is done bit by bit, what is near to the eye first, and no cell is ever anything but what it was or will be.
+/// A large edit is processed in parts, nearest to the camera first. Each cell is always in its old or its new
+/// state.
 #[test]
 fn edits_keep_to_a_budget() -> Outcome {
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
@@ -143,7 +144,7 @@ fn edits_keep_to_a_budget() -> Outcome {
     Ok(())
 }
 
-/// On a GPU as on the CPU; and what edits leave there can be given back.
+/// The GPU does the same as the CPU, and its unused memory can be released.
 #[test]
 fn odd_edits_are_right_or_refused() -> Outcome {
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
@@ -219,8 +220,8 @@ fn odd_edits_are_right_or_refused() -> Outcome {
     Ok(())
 }
 
-/// What takes too much is refused wherever bricks are, and what comes after is right; a world that was edited can be kept in
-/// another way.
+/// A build that needs too much memory is refused for all representations of bricks, and later calls succeed. An
+/// edited world can change its representation.
 #[test]
 fn a_pool_that_is_full_refuses() -> Outcome {
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
@@ -273,9 +274,9 @@ fn a_pool_that_is_full_refuses() -> Outcome {
     Ok(())
 }
 
-/// What changed between building a world and keeping it in some way is in it.
+/// Changes between creating a world and building its volume are part of it.
 #[test]
-fn a_scene_can_change_before_it_is_kept() -> Outcome {
+fn a_scene_can_change_before_its_volume_is_built() -> Outcome {
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
         let mut scene = Scene::open(shipped("melting"))?;
         let world = engine.build(&scene)?.field();
@@ -294,7 +295,7 @@ fn a_scene_can_change_before_it_is_kept() -> Outcome {
     Ok(())
 }
 
-/// One step of the history, one pass, and what a fresh bake gives.
+/// One step of the history needs one pass, and equals a fresh bake.
 #[test]
 fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     let mut scene = Scene::new();
@@ -321,10 +322,10 @@ fn a_stroke_of_ten_thousand_points_is_one_step() -> Outcome {
     Ok(())
 }
 
-/// A brush whose copies can jump makes no other brush dearer: it comes and goes in place, and edits far from it do what they
-/// did without it.
+/// A brush whose copies can jump makes no other brush more expensive. It is added and removed in place, and distant
+/// edits stay as cheap as without it.
 #[test]
-fn what_jumps_costs_where_it_is() -> Outcome {
+fn jumps_cost_only_where_they_are() -> Outcome {
     let spread = |i: u32, k: u32| 0.02 * ((i * k) % 101) as f32 - 1.0;
     let shapes = [
         r#"{"type":"ellipsoid","radii":[0.1,0.2,0.15]}"#,
@@ -386,8 +387,8 @@ fn what_jumps_costs_where_it_is() -> Outcome {
     Ok(())
 }
 
-/// Brushes of several materials that are joined hard, alone and several at once, leave what a fresh bake has: in bricks of all sizes
-/// and widths, in narrow bands and in wide ones.
+/// Brushes of several materials with hard joints, one or several per edit, equal a fresh bake, for all brick sizes
+/// and bands.
 #[test]
 fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
     let cpu = Engine::cpu();
@@ -449,7 +450,7 @@ fn hard_brushes_change_bricks_as_a_fresh_bake_does() -> Outcome {
     Ok(())
 }
 
-/// Hundreds of carves and fills of one place, undone and moved in between, leave the bricks of a fresh bake.
+/// Hundreds of carves and fills of one place, with undo and moves in between, equal a fresh bake.
 #[test]
 fn carving_one_place_again_and_again_stays_right() -> Outcome {
     for engine in [Engine::cpu(), Engine::with_backend(Backend::Gpu)?] {
@@ -503,9 +504,9 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
     Ok(())
 }
 
-/// Who keeps a copy of bricks can follow edits by what has changed.
+/// A copy of the bricks can follow edits by their list of changes.
 #[test]
-fn changes_of_bricks_are_told() -> Outcome {
+fn changes_of_bricks_are_listed() -> Outcome {
     fn bricks(world: &World) -> argil::volume::Bricks {
         match world
             .volume()
@@ -549,7 +550,7 @@ fn changes_of_bricks_are_told() -> Outcome {
     Ok(())
 }
 
-/// What moves is followed in place, and stands as its frozen scene does.
+/// Animated brushes are followed in place, and equal the scene frozen at that time.
 #[test]
 fn moving_scenes_are_followed() -> Outcome {
     for name in ["morph", "melting"] {
@@ -578,9 +579,10 @@ fn moving_scenes_are_followed() -> Outcome {
     Ok(())
 }
 
-/// What a file has kept can grow as the scene can: an octree is as deep as its box asks for. What is no edit is saved, too.
+/// A volume from a file can grow with its scene, and an octree is as deep as its box needs. Changes that are not
+/// edits are saved too.
 #[test]
-fn a_world_from_a_file_goes_on() -> Result<(), Box<dyn std::error::Error>> {
+fn a_world_from_a_file_can_be_edited() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sphere(0.5)))?;

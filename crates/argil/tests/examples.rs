@@ -1,9 +1,9 @@
-//! Every example runs, and leaves the pictures that it promises.
+//! Runs every example, and checks the images that it promises.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Runs an example in a folder of its own. Cargo builds examples next to the tests.
+/// Runs an example in its own folder. Cargo builds examples next to the tests.
 fn run(name: &str) -> tempfile::TempDir {
     let tests = std::env::current_exe().expect("this test");
     let folder = tests.ancestors().nth(2).expect("the build's folder");

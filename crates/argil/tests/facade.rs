@@ -1,4 +1,4 @@
-//! The facade as the README uses it.
+//! Uses the facade as the README does.
 
 use argil::math::Control;
 use argil::mesh::MeshReadError;
@@ -30,7 +30,7 @@ fn the_readmes_example() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// An edit reaches the picture on both devices, and both agree on it.
+/// An edit changes the image on both devices, and both agree.
 #[test]
 fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
     let mut hits = Vec::new();
@@ -51,8 +51,8 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Bricks on the CPU are changed in place: what an edit does not touch is not made again, and nothing is lost by an edit
-/// that cannot be built.
+/// Bricks on the CPU change in place: an edit rebuilds only what it touches, and an edit that cannot be built loses
+/// nothing.
 #[test]
 fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::open(TEAPOT)?;
@@ -132,7 +132,7 @@ fn bricks_follow_their_scene_in_place() -> Result<(), Box<dyn std::error::Error>
     Ok(())
 }
 
-/// Where a corner is nearly on the surface, a distance's gradient is the rounding of two points.
+/// Where a corner is almost on the surface, the gradient is only the rounding of two points.
 #[test]
 fn normals_of_fine_meshes_are_the_fields() {
     let text = include_str!("../../../scenes/teapot.json");
@@ -161,10 +161,10 @@ fn normals_of_fine_meshes_are_the_fields() {
     assert!(off * 100 < count, "{off} of {count}");
 }
 
-/// Whatever takes long ends once it is cancelled, by an error that says so; with another control it goes on, and what was there
-/// before is there still.
+/// Long work ends with an error after it is canceled. With another control it runs again, and earlier results are
+/// still there.
 #[test]
-fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Error>> {
+fn canceled_work_ends_and_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::open(TEAPOT)?;
     let control = Control::new();
     let engine = Engine::cpu().with_control(&control);
@@ -216,7 +216,7 @@ fn what_is_cancelled_ends_and_is_no_loss() -> Result<(), Box<dyn std::error::Err
     Ok(())
 }
 
-/// A program with threads can move what waits for a device from one to another.
+/// A multi-threaded program can move work that waits for a device between threads.
 #[cfg(not(target_arch = "wasm32"))]
 #[test]
 fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
@@ -244,7 +244,8 @@ fn futures_can_be_sent() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What a function tells is a brush; saved with the scene, read again and stored in a volume it is the same. Damaged it is refused.
+/// A function becomes a brush. After saving, loading, and storing in a volume it is the same, and a damaged one is
+/// refused.
 #[test]
 fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;
@@ -293,7 +294,7 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What is sampled is cut where its box ends, has a name of its own beside the scene, and is written nowhere else.
+/// A sampled function ends at its box, has its own file name next to the scene, and is not written anywhere else.
 #[test]
 fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;
@@ -338,9 +339,9 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     Ok(())
 }
 
-/// A cliff in a heightmap is told of, as distances fall short everywhere for it.
+/// A cliff in a heightmap gives a warning, because all distances are shorter for it.
 #[test]
-fn cliffs_are_told_of() -> Result<(), Box<dyn std::error::Error>> {
+fn cliffs_give_a_warning() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;
     for (name, spike, count) in [("smooth", 100, 0), ("spike", 255, 1)] {
         let height = |i: u32| {
@@ -361,7 +362,8 @@ fn cliffs_are_told_of() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A heightmap's image becomes ground as high as it is bright, on both devices and in bricks; in a volume's file it stands alone.
+/// An image becomes terrain as high as its pixels are bright, on both devices and in bricks. In a volume file it
+/// needs no other file.
 #[test]
 fn images_are_ground() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;

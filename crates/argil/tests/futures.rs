@@ -1,4 +1,4 @@
-//! Futures go to any thread, and come to what waiting in place does.
+//! Futures can move to any thread, and give the same results as the blocking calls.
 
 use argil::render::RenderMode;
 use argil::scene::{Brush, Edit, Scene, Shape};
@@ -11,7 +11,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// What runs on a thread of an executor of many is to be sent there.
+/// Checks at compile time that a multi-threaded executor can send a future.
 fn sent<T: Send>(future: impl Future<Output = T> + Send) -> T {
     std::thread::scope(|scope| {
         let thread = scope.spawn(|| pollster::block_on(future));

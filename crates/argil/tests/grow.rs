@@ -1,4 +1,4 @@
-//! A world has no box: what is put anywhere is there, with voxels of the same size.
+//! Tests worlds without a box: brushes anywhere are stored, with voxels of the same size.
 
 use argil::render::RenderMode;
 use argil::scene::{Brush, Edit, Modifier, Scene, Shape};
@@ -34,7 +34,7 @@ fn lattice_of(world: &World) -> VoxelGrid {
     info.expect("a volume").voxel_grid
 }
 
-/// Pixels of a ball of radius 0.5 that is looked at from straight ahead.
+/// Counts the pixels of a sphere of radius 0.5 that a camera looks at from the front.
 fn pixels_of_ball(world: &World, at: [f32; 3]) -> usize {
     let mut camera = world.camera();
     camera.target = at.into();
@@ -59,9 +59,10 @@ fn engines() -> [Engine; 2] {
     ]
 }
 
-/// A surface with more blocks of cells than there may be is refused while those are looked for, and what comes then is built.
+/// A surface with more blocks of cells than the limit is refused while the blocks are counted. Later builds
+/// succeed.
 #[test]
-fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
+fn too_large_builds_are_refused_before_they_allocate() -> Outcome {
     for engine in engines() {
         let mut scene = one_ball()?;
         let options = BricksOptions {
@@ -81,9 +82,9 @@ fn what_is_too_large_is_refused_before_it_takes_memory() -> Outcome {
     Ok(())
 }
 
-/// Beside the box, farther out, and so far that empty space is told of in great cubes.
+/// Adds brushes next to the box, farther out, and so far that empty space is stored as large cubes.
 #[test]
-fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
+fn brushes_outside_the_first_box_are_stored() -> Outcome {
     for engine in engines() {
         let mut scene = one_ball()?;
         let mut world = bricks_of(&engine, &mut scene, 64);
@@ -126,9 +127,10 @@ fn what_is_put_outside_of_the_first_box_is_there() -> Outcome {
     Ok(())
 }
 
-/// Bricks of voxels of a size hold what is far apart from the beginning, at the memory of the same side by side.
+/// Bricks with a given voxel size store distant brushes in one build, and need the same memory as for adjacent
+/// brushes.
 #[test]
-fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
+fn distant_brushes_are_baked_in_one_build() -> Outcome {
     let options = BricksOptions {
         voxel_size: Some(0.02),
         ..BricksOptions::default()
@@ -167,10 +169,10 @@ fn what_is_far_apart_is_baked_from_nothing() -> Outcome {
     Ok(())
 }
 
-/// Any edits from a thousandth of a unit to ten thousand away: the bricks are a fresh bake's whose box is found anew, and rays
-/// meet what the field says.
+/// After any edits at distances from a thousandth of a unit to ten thousand units, the bricks equal a fresh bake
+/// with a new box, and rays hit what the field says.
 #[test]
-fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
+fn edits_anywhere_equal_a_fresh_bake() -> Outcome {
     let mut seed = 11u64;
     let mut unit = || {
         seed = seed
@@ -226,7 +228,7 @@ fn edits_anywhere_are_those_of_a_fresh_bake() -> Outcome {
     Ok(())
 }
 
-/// Distance costs nothing: two balls ten thousand units apart take what they take side by side.
+/// Distance is free: two spheres ten thousand units apart need the same memory as two adjacent ones.
 #[test]
 fn far_things_take_no_more_than_near_ones() -> Outcome {
     let memory = |gap: f32| -> Result<u64, Box<dyn std::error::Error>> {
@@ -243,7 +245,7 @@ fn far_things_take_no_more_than_near_ones() -> Outcome {
     Ok(())
 }
 
-/// What edits empty is given back.
+/// Memory of blocks that edits empty is released.
 #[test]
 fn blocks_are_given_back() -> Outcome {
     let mut scene = one_ball()?;
@@ -263,7 +265,7 @@ fn blocks_are_given_back() -> Outcome {
     Ok(())
 }
 
-/// Dense volumes and octrees are built anew for the larger box, with voxels of the same size, and say why.
+/// Dense volumes and octrees are rebuilt for the larger box, with voxels of the same size, and the report says why.
 #[test]
 fn others_are_built_for_a_larger_box() -> Outcome {
     let dense = Representation::Dense(DenseOptions {
@@ -319,8 +321,8 @@ fn infinite_solids_are_clipped() -> Outcome {
     Ok(())
 }
 
-/// A scene with a floor and no bounds is baked where its brushes are, and bricks follow what is added far away. Each
-/// ball has as many pixels as in a scene that is only that ball, marched without a volume.
+/// A scene with a floor and without bounds is baked around its brushes, and bricks follow brushes that are added
+/// far away. Each sphere has as many pixels as in a scene of that sphere alone, rendered from the field.
 #[test]
 fn an_infinite_floor_does_not_hide_what_stands_on_it() -> Outcome {
     let floor = Shape::Plane {
@@ -366,7 +368,7 @@ fn an_infinite_floor_does_not_hide_what_stands_on_it() -> Outcome {
     Ok(())
 }
 
-/// A world that grew, in a file and back.
+/// A world that grew survives saving and loading.
 #[test]
 fn a_grown_world_survives_a_file() -> Outcome {
     let folder = tempfile::tempdir()?;
@@ -393,7 +395,7 @@ fn a_grown_world_survives_a_file() -> Outcome {
     Ok(())
 }
 
-/// Voxels of a size that is asked for are of that size, whatever the box; what none can be of is refused by its number.
+/// Voxels have the requested size, for any box. An impossible size is refused, and the message names it.
 #[test]
 fn voxels_are_of_the_size_that_was_asked_for() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::new();

@@ -1,10 +1,10 @@
-//! Questions about the surface, to the field and to volumes, from many threads.
+//! Tests queries of the surface, in the field and in volumes, from many threads.
 
 use argil::scene::{Brush, Scene, Shape};
 use argil::{BoxPosition, BricksOptions, Engine, Query, World};
 use std::sync::RwLock;
 
-/// A ball with a bite out of it, beside a box.
+/// Returns a sphere with a cut, next to a box.
 fn scene() -> Scene {
     let mut scene = Scene::new();
     scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
@@ -33,7 +33,7 @@ fn worlds() -> [World; 3] {
     ]
 }
 
-/// Each question to the field and to both volumes, with how far off a volume may be.
+/// Runs a query on the field and both volumes, with the tolerance of each volume.
 fn ask(check: impl Fn(&Query<'_>, f32)) {
     let [field, dense, bricks] = worlds();
     check(&field.query(), 1e-3);
@@ -42,7 +42,7 @@ fn ask(check: impl Fn(&Query<'_>, f32)) {
     assert!(field.query_volume().is_none());
 }
 
-/// Points on a spiral over the unit ball.
+/// Returns points on a spiral over the unit sphere.
 fn directions(count: usize) -> impl Iterator<Item = [f32; 3]> {
     (0..count).map(move |i| {
         let y = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
@@ -189,7 +189,7 @@ fn boxes_lie_outside_inside_or_across() {
     });
 }
 
-/// Many threads ask while edits go on: each answer is that of the scene before an edit or after it.
+/// Many threads query while edits run: each answer belongs to the scene before an edit or after it.
 #[test]
 fn threads_ask_while_edits_go_on() {
     let mut scene = scene();
@@ -249,7 +249,7 @@ fn threads_ask_while_edits_go_on() {
     assert!(asked[0] > 10 && asked[1] > 10, "{asked:?}");
 }
 
-/// A surface that is near is found, however far it may be at most; what is no box is nowhere, and ends.
+/// A near surface is found for any maximum distance. An invalid box contains nothing, and the query ends.
 #[test]
 fn near_surfaces_are_found_within_far_limits() {
     let mut scene = Scene::new();

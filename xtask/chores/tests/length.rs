@@ -1,8 +1,8 @@
-//! Files stay short: of those that are longer, the head says why, after `*Length.*`.
+//! Checks that files stay short. The head of a longer file gives the reason, after `*Length.*`.
 
 use std::path::{Path, PathBuf};
 
-/// Lines of a file of each kind.
+/// Maximum lines of a file of each kind.
 const MOST: [(&str, usize); 2] = [("rs", 450), ("wgsl", 150)];
 
 fn files(folder: &Path, out: &mut Vec<PathBuf>) {
@@ -17,7 +17,7 @@ fn files(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The comment that a file begins with.
+/// Returns the comment at the start of a file.
 fn head(text: &str) -> impl Iterator<Item = &str> {
     text.lines().take_while(|line| line.starts_with("//"))
 }

@@ -1,19 +1,19 @@
-//! Prose stays plain: sentences are short, and words that nobody in this field uses do not come back.
+//! Checks that prose stays plain: sentences are short, and words that nobody in this field uses do not return.
 
 use std::path::Path;
 
-/// Pages with the limits on their sentences.
+/// Pages, with the limits of their sentences.
 const PAGES: &[&str] = &[
     "README.md",
     "ARCHITECTURE.md",
     "CONTRIBUTING.md",
     "SECURITY.md",
 ];
-/// Words of a sentence: the median, and the 95th percentile.
+/// Returns the words per sentence: the median, and the 95th percentile.
 const MAX_MEDIAN: usize = 18;
 const MAX_LONG: usize = 35;
 
-/// Words that were this project's own, with what to write.
+/// Words of this project's old dialect, with replacements.
 const BANNED: &[(&str, &str)] = &[
     ("anew", "again"),
     ("alike", "the same way"),
@@ -24,7 +24,7 @@ const BANNED: &[(&str, &str)] = &[
     ("those of ", "name the things"),
 ];
 
-/// The sentences of Markdown, without code, tables, headings and the targets of links.
+/// Returns the sentences of Markdown, without code, tables, headings and the targets of links.
 fn sentences(text: &str) -> Vec<String> {
     let mut paragraphs = vec![String::new()];
     let mut is_code = false;

@@ -1,4 +1,4 @@
-//! The editor, driven as a person would.
+//! Drives the editor as a user would.
 #![allow(dead_code, reason = "not every test does everything")]
 
 use argil::Engine;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// What is answered when a file is asked for, and what was.
+/// Answers to file dialogs, and the requests so far.
 pub(crate) type Answers = Rc<RefCell<Vec<PathBuf>>>;
 
 struct Scripted(Answers);
@@ -23,13 +23,13 @@ impl FileAccess for Scripted {
     }
 }
 
-/// The editor in a window that is none.
+/// The editor in an offscreen window.
 pub(crate) struct Desk {
     pub window: Harness<'static, Studio>,
     pub answers: Answers,
 }
 
-/// How to begin.
+/// Options of a test's start.
 #[derive(Default)]
 pub(crate) struct Begin {
     pub scene: Option<PathBuf>,
@@ -66,22 +66,22 @@ impl Desk {
         self.studio().document().scene()
     }
 
-    /// Whether something is called so.
+    /// Whether a widget has this label.
     pub(crate) fn has(&self, label: &str) -> bool {
         self.window.query_all_by_label(label).next().is_some()
     }
 
-    /// Whether it offers what a session before has left.
+    /// Whether the editor offers to restore an earlier session.
     pub(crate) fn asks_to_bring_back(&self) -> bool {
         self.has("Restore")
     }
 
-    /// Why nothing is drawn.
+    /// Returns the reason why nothing is rendered.
     pub(crate) fn fault(&self) -> Option<&str> {
         self.studio().fault()
     }
 
-    /// Leave the session in a folder as by another process, which is gone.
+    /// Leaves a session in a folder, as if another process had ended.
     pub(crate) fn crash(self, sessions: &Path) {
         let files = std::fs::read_dir(sessions).expect("a folder").flatten();
         let own = files
@@ -96,12 +96,12 @@ impl Desk {
         }
     }
 
-    /// A few frames.
+    /// Runs a few frames.
     pub(crate) fn step(&mut self) {
         self.window.run_steps(4);
     }
 
-    /// Until the picture is of what there is.
+    /// Runs until the image shows the current scene.
     pub(crate) fn settle(&mut self) {
         let start = Instant::now();
         loop {
@@ -117,7 +117,7 @@ impl Desk {
         }
     }
 
-    /// Until something is told that has a word in it.
+    /// Runs until a message contains a word.
     pub(crate) fn until_told(&mut self, word: &str) {
         let start = Instant::now();
         while !self.studio().note().is_some_and(|note| note.contains(word)) {
@@ -136,7 +136,7 @@ impl Desk {
         self.step();
     }
 
-    /// Through a menu.
+    /// Runs a command through a menu.
     pub(crate) fn choose(&mut self, menu: &str, item: &str) {
         self.click(menu);
         self.click(item);
@@ -152,12 +152,12 @@ impl Desk {
         self.step();
     }
 
-    /// The middle of something.
+    /// Returns the center of a widget.
     pub(crate) fn place_of(&self, label: &str) -> Pos2 {
         self.node(label).rect().center()
     }
 
-    /// What is called so and can be pressed or dragged; text that says the same is not meant.
+    /// Returns the widget with a label that can be pressed or dragged. Text with the same words does not count.
     fn node<'a>(&'a self, label: &'a str) -> egui_kittest::Node<'a> {
         let text = egui::accesskit::Role::Label;
         let mut all = self.window.query_all_by_label(label);
@@ -175,7 +175,7 @@ impl Desk {
         });
     }
 
-    /// Press and stay.
+    /// Presses and holds.
     pub(crate) fn hold(&mut self, at: Pos2) {
         self.hold_with(at, Modifiers::NONE);
     }
@@ -192,7 +192,7 @@ impl Desk {
         self.step();
     }
 
-    /// Let go of what is held.
+    /// Releases the pointer.
     pub(crate) fn let_go(&mut self, at: Pos2) {
         self.button(at, PointerButton::Primary, false, Modifiers::NONE);
         self.step();
@@ -209,7 +209,7 @@ impl Desk {
             .event(egui::Event::ModifiersChanged(Modifiers::NONE));
     }
 
-    /// Press, move over a few places, let go.
+    /// Presses, moves over a few places, and releases.
     pub(crate) fn drag(&mut self, from: Pos2, to: Pos2, modifiers: Modifiers) {
         self.window.event(egui::Event::PointerMoved(from));
         self.step();

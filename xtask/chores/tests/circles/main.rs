@@ -1,9 +1,9 @@
-//! No two files of a crate import each other, neither at once nor around several corners.
+//! No two files of a crate import each other, directly or through other files.
 //!
-//! A file imports another where a path of its own leads to an item of the other: `use` declarations, paths in code and in macros alike,
-//! through re-exports and imported modules to the file that has the item. Tests inside a file may import what they like. What is not
-//! seen: calls of methods, whose file no path names, so that a type's methods may stand in several files; and `use crate::*`, which
-//! is refused for that.
+//! A file imports another if one of its paths leads to an item of the other. Paths are in `use` declarations, in
+//! code and in macros, through re-exports and imported modules. Tests inside a file may import anything. Two things
+//! are not found: calls of methods, because no path names their file, and `use crate::*`, which is therefore
+//! refused.
 
 mod modules;
 
@@ -11,7 +11,7 @@ use modules::{Module, Modules, read};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The module that has what a path leads to.
+/// Returns the module that has the item of a path.
 fn home<'a>(modules: &'a Modules, path: &[String], depth: usize) -> Option<&'a Module> {
     if depth > 20 {
         return None;
@@ -41,7 +41,7 @@ fn home<'a>(modules: &'a Modules, path: &[String], depth: usize) -> Option<&'a M
     Some(module)
 }
 
-/// Which files of a crate import which.
+/// Returns which files of a crate import which.
 fn imports(root: &Path) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     let mut modules = Modules::new();
     let folder = root.parent().expect("a folder").to_owned();
@@ -82,7 +82,7 @@ fn imports(root: &Path) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     all
 }
 
-/// Files from which a way leads back to themselves, in groups.
+/// Returns files that can reach themselves, in groups.
 fn circles(all: &BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<Vec<PathBuf>> {
     let reached = |from: &Path| {
         let mut seen: BTreeSet<&PathBuf> = BTreeSet::new();

@@ -1,24 +1,24 @@
-//! The modules of a crate, and what each of them names.
+//! Lists the modules of a crate, and the items that each of them names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 
-/// A module of its own file, or one written inside another's.
+/// A module with its own file, or an inline module.
 #[derive(Default)]
 pub(crate) struct Module {
     pub file: PathBuf,
-    /// Names that it only hands on, with the path that leads to what they mean.
+    /// Re-exported names, with the paths of their items.
     pub reexports: BTreeMap<String, Vec<String>>,
-    /// Modules whose names are all handed on.
+    /// Modules that are re-exported with a glob.
     pub globs: Vec<Vec<String>>,
-    /// Names that it imports for itself, with the path that leads to what they mean.
+    /// Imported names, with the paths of their items.
     pub imports: BTreeMap<String, Vec<String>>,
-    /// Names of what it has itself.
+    /// Names of the module's own items.
     pub items: BTreeSet<String>,
-    /// Words of its code.
+    /// Identifiers in the module's code.
     pub words: BTreeSet<String>,
-    /// Paths that stand in it, from the crate's root.
+    /// Paths in the module's code, from the crate's root.
     pub paths: BTreeSet<Vec<String>>,
 }
 
@@ -38,12 +38,12 @@ fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
     })
 }
 
-/// Reads a file's modules and what each of them names.
+/// Reads a file's modules and the names in each.
 struct Reader<'a> {
     modules: &'a mut Modules,
     at: Vec<String>,
     file: PathBuf,
-    /// The folder in which modules of this one lie.
+    /// Returns the folder of a module's submodules.
     folder: PathBuf,
 }
 
@@ -67,7 +67,7 @@ impl Reader<'_> {
         self.modules.entry(self.at.clone()).or_default()
     }
 
-    /// A path from the crate's root, if it leads into the crate.
+    /// Returns a path from the crate's root, if it leads into the crate.
     fn absolute(&self, path: &[String]) -> Option<Vec<String>> {
         let mut at = self.at.clone();
         let mut rest = path;
@@ -114,7 +114,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Take note of a path in code.
+    /// Records a path in code.
     fn named(&mut self, path: Vec<String>) {
         if let [word] = &path[..] {
             let word = word.clone();
@@ -124,7 +124,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Take note of the paths among a macro's tokens.
+    /// Records the paths among a macro's tokens.
     fn tokens(&mut self, tokens: proc_macro2::TokenStream) {
         let mut path = Vec::new();
         let mut colons = 0;
