@@ -6,7 +6,9 @@ use argil::render::{LookupStart, NormalSource, RenderMode};
 use argil::scene::CameraPose;
 use argil::volume::{BrickTest, SampleFormat};
 use argil::{Backend, MeshMethod, MeshNormals, Representation};
+use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// Malleable environments made of signed distance fields.
@@ -163,7 +165,7 @@ pub(crate) struct BakeArgs {
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,
     /// What to build [default: bricks, or dense with --mips or --fill]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = RepresentationsExcept(&["field", "mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,
@@ -191,7 +193,7 @@ pub(crate) struct MeshArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// What to mesh: field, dense or bricks [default: the field of a scene, or the contents of a volume file]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = RepresentationsExcept(&["octree", "mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,
@@ -262,7 +264,7 @@ pub(crate) struct EditArgs {
     #[arg(long, value_name = "JOURNAL")]
     pub journal: Option<PathBuf>,
     /// What to bake a scene to [default: bricks, which are edited in place; others are rebuilt after each edit]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = RepresentationsExcept(&["mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,
@@ -370,6 +372,32 @@ pub(crate) struct Devices {
     /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// Parses any representation. The help omits those that the command rejects with a message of its own.
+#[derive(Clone)]
+struct RepresentationsExcept(&'static [&'static str]);
+
+impl TypedValueParser for RepresentationsExcept {
+    type Value = Representation;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<Representation, clap::Error> {
+        EnumValueParser::<Representation>::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let hidden = self.0;
+        let all = Representation::value_variants();
+        let values = all.iter().filter_map(|via| via.to_possible_value());
+        Some(Box::new(
+            values.filter(move |value| !hidden.contains(&value.get_name())),
+        ))
+    }
 }
 
 fn bits(text: &str) -> Result<SampleFormat, String> {

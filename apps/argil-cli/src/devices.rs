@@ -34,7 +34,7 @@ pub(crate) fn run(options: &Devices) -> anyhow::Result<()> {
         );
     }
     output::line(&format!(
-        "--device auto takes {}, because {}",
+        "--device auto selects {}, because {}",
         chosen.device(),
         chosen.selection_reason()
     ));

@@ -234,14 +234,18 @@ fn report(
     ));
     output::line(&format!("built in {build_ms:.2} ms"));
     output::line(&format!(
-        "{} edits: median {:.3} ms, p99 {:.3}, max {:.3}; {bricks} bricks sampled",
-        done.len(),
+        "{}: median {:.3} ms, p99 {:.3}, max {:.3}; {} sampled",
+        output::count(done.len(), "edit"),
         at(0.5).unwrap_or(0.0),
         at(0.99).unwrap_or(0.0),
-        at(1.0).unwrap_or(0.0)
+        at(1.0).unwrap_or(0.0),
+        output::count(bricks, "brick")
     ));
     if rebuilt > 0 {
-        output::line(&format!("{rebuilt} of them caused a rebuild:"));
+        output::line(&format!(
+            "{} caused a rebuild:",
+            output::count(rebuilt, "edit")
+        ));
         let mut reasons: Vec<String> = done
             .iter()
             .filter_map(|d| d.applied.reason)

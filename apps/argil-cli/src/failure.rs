@@ -50,7 +50,7 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
         | GpuError::TooDeep { .. }
         | GpuError::TooLong { .. }
         | GpuError::TooFine { .. } => Some("--device cpu"),
-        GpuError::TooLongToSpecialize => Some("leave out --specialize"),
+        GpuError::TooLongToSpecialize => Some("omit --specialize"),
         GpuError::Budget { .. } => Some("--resolution, --bits, --memory-budget"),
         GpuError::Bricks(error) => of_bricks(error),
         _ => None,
@@ -65,7 +65,7 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     }
     match cause.downcast_ref() {
         Some(MeshError::Build(error)) => return of_build(error),
-        Some(MeshError::Surface(SurfaceError::Iso)) => return Some("leave out --iso"),
+        Some(MeshError::Surface(SurfaceError::Iso)) => return Some("omit --iso"),
         Some(MeshError::Surface(SurfaceError::Band { .. })) => return Some("--band, --stride"),
         _ => {}
     }

@@ -51,7 +51,11 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
         output::json(&report);
         return Ok(());
     }
-    output::line(&format!("{}: {brushes} brushes", options.output.display()));
+    output::line(&format!(
+        "{}: {}",
+        options.output.display(),
+        output::count(brushes, "brush")
+    ));
     if let Some(loaded) = &loaded {
         for (key, value) in about(loaded).as_object().into_iter().flatten() {
             output::pair(key, value);

@@ -18,12 +18,55 @@ pub(crate) fn line(text: &str) {
     }
 }
 
+/// Keys of `--json` that got other names, with their former ones. Scripts may read either.
+const FORMER_KEYS: &[(&str, &str)] = &[
+    ("is_clipped", "is_cut_by_box"),
+    ("max_bricks", "most_bricks"),
+    ("parts_flipped", "parts_turned"),
+    ("sheets_dropped", "sheets_left_out"),
+    ("simplification_error", "simplified_by"),
+    ("surface_error_voxels", "off_voxels"),
+    ("triangles_flipped", "triangles_turned"),
+    ("vertices_merged", "corners_welded"),
+    ("welded_vertices", "places"),
+];
+
+/// Prints one JSON object. Values with a former key appear under both keys.
 pub(crate) fn json(value: &Value) {
-    line(&value.to_string());
+    line(&with_former_keys(value).to_string());
+}
+
+fn with_former_keys(value: &Value) -> Value {
+    match value {
+        Value::Object(members) => {
+            let mut all = serde_json::Map::new();
+            for (key, own) in members {
+                let own = with_former_keys(own);
+                if let Some((_, former)) = FORMER_KEYS.iter().find(|(now, _)| now == key) {
+                    all.insert((*former).into(), own.clone());
+                }
+                all.insert(key.clone(), own);
+            }
+            Value::Object(all)
+        }
+        Value::Array(entries) => Value::Array(entries.iter().map(with_former_keys).collect()),
+        other => other.clone(),
+    }
 }
 
 pub(crate) fn spread(s: Percentiles) -> Value {
     json!({ "mean": s.mean, "p95": s.p95, "max": s.max })
+}
+
+/// Formats a number of things, such as `1 brush` or `2 brushes`.
+pub(crate) fn count(number: impl std::fmt::Display, one: &str) -> String {
+    let number = number.to_string();
+    let ending = match one {
+        _ if number == "1" => "",
+        _ if one.ends_with("sh") => "es",
+        _ => "s",
+    };
+    format!("{number} {one}{ending}")
 }
 
 /// Prints a line of a report for people.

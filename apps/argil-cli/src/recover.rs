@@ -20,10 +20,10 @@ pub(crate) fn run(options: &Recover) -> anyhow::Result<()> {
         return Ok(());
     }
     output::line(&format!(
-        "{}: {} brushes after {} edits{}",
+        "{}: {} after {}{}",
         options.output.display(),
-        found.scene.brush_count(),
-        found.edits,
+        output::count(found.scene.brush_count(), "brush"),
+        output::count(found.edits, "edit"),
         if found.torn_bytes > 0 {
             "; the last edit was incomplete and was dropped"
         } else {

@@ -287,8 +287,8 @@ fn report(
     let count = world.program().brush_count();
     let median = times["median"].as_f64().unwrap_or(0.0);
     output::line(&format!(
-        "{count} {}, built in {build_ms:.1} ms, rendered in {median:.1} ms{}",
-        if count == 1 { "brush" } else { "brushes" },
+        "{}, built in {build_ms:.1} ms, rendered in {median:.1} ms{}",
+        output::count(count, "brush"),
         if frame_ms.len() > 1 {
             format!(
                 " (median of {} frames; min {:.1}, max {:.1})",

@@ -159,7 +159,7 @@ step("exported the scene, a mesh and a picture");
 for (const pipeline of ["Field", "Dense", "Octree", "Mesh", "Bricks"]) {
   await click(pipeline);
   await picture();
-  assert.equal(await placeOf("Nothing can be drawn"), undefined);
+  assert.equal(await placeOf("Cannot render"), undefined);
 }
 step("drew it by all five pipelines");
 
@@ -204,7 +204,7 @@ await click("Mesh resolution");
 await click("32 samples");
 await until("a coarser mesh", async () => (await entries())[1].shape.resolution === 32);
 await settled();
-assert.equal(await placeOf("Nothing can be drawn"), undefined);
+assert.equal(await placeOf("Cannot render"), undefined);
 step("sampled it anew, from what the browser keeps");
 
 const ball = { ...moved, name: "Ball" };
@@ -225,7 +225,7 @@ step("said so where what was kept cannot be read");
 const bare = await context.newPage();
 await bare.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
 await bare.goto(url);
-await bare.getByText("This browser has no WebGPU.").waitFor();
+await bare.getByText("This browser does not support WebGPU.").waitFor();
 step("said so where there is no WebGPU");
 
 assert.deepEqual(complaints, []);

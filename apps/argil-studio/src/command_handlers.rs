@@ -196,7 +196,7 @@ impl Studio {
             match result {
                 Ok(JobResult::Written(text)) => session.show_note(text),
                 Ok(JobResult::Loaded(loaded)) => session.attempt(|s| s.have_meshes(loaded)),
-                Ok(JobResult::Cancelled) => session.show_note("Cancelled"),
+                Ok(JobResult::Cancelled) => session.show_note("Canceled"),
                 Err(error) => {
                     session.fail(&error);
                     session.stay_open();

@@ -31,7 +31,7 @@ impl FileRequest {
             Self::Open | Self::Save => ("Scene", &["json"]),
             Self::Import => ("Mesh or heightmap", &["obj", "glb", "ply", "stl", "png"]),
             Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl"]),
-            Self::Picture => ("PNG picture", &["png"]),
+            Self::Picture => ("PNG image", &["png"]),
             Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
             Self::Turntable => ("Folder", &[]),
             Self::Volume => ("Volume", &["argil"]),

@@ -299,7 +299,7 @@ async fn export(
                 })?;
             }
             folder.close()?;
-            written += &format!(", {FRAMES} pictures");
+            written += &format!(", {FRAMES} frames");
         }
         _ => {
             let world = how.engine.build(scene)?.field();
@@ -312,7 +312,7 @@ async fn export(
             progress.put(path, |out| write_png(drawn.size, &drawn.rgb, out))?;
         }
     }
-    Ok(JobResult::Written(format!("{written}: written")))
+    Ok(JobResult::Written(format!("Exported {written}")))
 }
 
 fn not_given((path, _): &Named) -> anyhow::Error {

@@ -75,7 +75,7 @@ impl Materials {
             }
             session.attempt(|s| s.document.set_material("Change material", name, Some(own)));
         }
-        if !session.document.selection.is_empty() && ui.button("Use for the selection").clicked() {
+        if !session.document.selection.is_empty() && ui.button("Assign to selection").clicked() {
             let mut nodes = session.document.selection.clone();
             nodes.retain(|&node| !session.document.is_locked(node));
             let name = Some(name.to_owned());

@@ -186,7 +186,10 @@ impl Session {
         let journal = Recovery::of(journal);
         self.set_document(Document::recovered(scene, left.scene, journal));
         self.document.reads_anywhere = true;
-        self.show_note(format!("Restored {edits} edits"));
+        self.show_note(match edits {
+            1 => "Restored 1 edit".to_owned(),
+            _ => format!("Restored {edits} edits"),
+        });
         Ok(())
     }
 }

@@ -31,8 +31,12 @@ impl RecoverableSession {
     pub(crate) fn claim(self) -> anyhow::Result<Self> {
         let folder = self.journal.parent().unwrap_or(Path::new("."));
         let journal = folder.join(own_name());
-        std::fs::rename(&self.journal, &journal)
-            .with_context(|| format!("{}: another window may have it", self.journal.display()))?;
+        std::fs::rename(&self.journal, &journal).with_context(|| {
+            format!(
+                "{}: another window may use this session",
+                self.journal.display()
+            )
+        })?;
         for ending in [ORIGIN, SAVED] {
             // This file may not exist.
             let _ = std::fs::rename(

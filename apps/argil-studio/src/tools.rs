@@ -149,7 +149,7 @@ impl ViewState {
             .renderer
             .abandon(session.document.scene(), session.version);
         self.pictures.forget_request();
-        session.show_note("Cancelled");
+        session.show_note("Canceled");
     }
 
     /// Shows the last message and the running jobs.

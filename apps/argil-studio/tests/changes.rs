@@ -164,7 +164,7 @@ fn materials_are_named_given_and_taken_away() {
     desk.click("New material");
     desk.click("material 1");
     desk.window.run_steps(20);
-    desk.click("Use for the selection");
+    desk.click("Assign to selection");
     assert_eq!(entries(&desk)[0].material.as_deref(), Some("material 1"));
     desk.click("Name");
     desk.press(Modifiers::COMMAND, Key::A);
@@ -253,7 +253,7 @@ fn a_scene_whose_mesh_is_gone_opens_and_is_mended() {
     let exported = folder.path().join("all.glb");
     desk.answers.borrow_mut().push(exported.clone());
     desk.press(Modifiers::COMMAND, Key::E);
-    desk.until_told("written");
+    desk.until_told("Exported");
     assert!(exported.exists());
     // A finer one, and back.
     desk.click("Mesh resolution");
@@ -354,7 +354,7 @@ fn closing_waits_for_jobs_and_canceled_jobs_leave_nothing() {
     // The word on it is there for a while only, which a busy machine can take to look.
     until(&mut desk, "an empty folder", |_| count() == 0);
     let note = desk.studio().note();
-    assert!(note.is_none_or(|note| note == "Cancelled"), "{note:?}");
+    assert!(note.is_none_or(|note| note == "Canceled"), "{note:?}");
 }
 
 #[test]

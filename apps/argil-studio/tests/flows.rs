@@ -316,7 +316,7 @@ fn meshes_are_exported_and_imported_in_the_background() {
     let mut desk = with_a_ball();
     desk.answers.borrow_mut().push(mesh.clone());
     desk.press(Modifiers::COMMAND, Key::E);
-    desk.until_told("written");
+    desk.until_told("Exported");
     assert!(mesh.exists());
     desk.answers.borrow_mut().push(mesh);
     desk.press(Modifiers::COMMAND, Key::I);

@@ -13,7 +13,7 @@ pub enum Backend {
     Auto,
     /// The CPU, with all its cores.
     Cpu,
-    /// A GPU, including a software one. An error if there is none.
+    /// A GPU, including a software one. Fails if there is none.
     Gpu,
 }
 
@@ -32,7 +32,7 @@ impl Engine {
     pub fn cpu() -> Self {
         Self {
             gpu: None,
-            selection_reason: "the CPU was asked for".into(),
+            selection_reason: "the CPU was requested".into(),
             control: Control::default(),
         }
     }
@@ -48,7 +48,7 @@ impl Engine {
                 let gpu = Gpu::open().await?;
                 Ok(Self {
                     gpu: Some(Arc::new(gpu)),
-                    selection_reason: "a GPU was asked for".into(),
+                    selection_reason: "a GPU was requested".into(),
                     control: Control::default(),
                 })
             }

@@ -65,7 +65,7 @@ pub enum BricksError {
     },
     /// The block tables alone would exceed the memory budget.
     #[error(
-        "the tables of more than {blocks} blocks need over {} MiB, and the budget is {} MiB: use larger voxels, or a larger memory budget",
+        "the tables of more than {blocks} blocks need over {} MiB, and the limit is {} MiB: use larger voxels, or raise the memory budget if it sets the limit",
         needed.div_ceil(1 << 20),
         budget >> 20
     )]

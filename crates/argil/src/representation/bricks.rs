@@ -40,7 +40,7 @@ impl Default for BricksOptions {
 
 impl RepresentationOptions for BricksOptions {
     const NAME: &'static str = "bricks";
-    const DESCRIPTION: &'static str = "Sparse bricks of distances: the product's own structure";
+    const DESCRIPTION: &'static str = "Sparse bricks of distances: Argil's main representation";
     /// Voxels are counted from the world's origin, so the grid can grow.
     const IS_UNBOUNDED: bool = true;
 

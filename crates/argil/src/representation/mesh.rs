@@ -32,7 +32,7 @@ impl Default for MeshRenderOptions {
 
 impl RepresentationOptions for MeshRenderOptions {
     const NAME: &'static str = "mesh";
-    const DESCRIPTION: &'static str = "Triangles, drawn in the order of their depth";
+    const DESCRIPTION: &'static str = "Triangles, rasterized with a depth test";
 
     fn with_resolution(resolution: u32) -> Self {
         Self {
