@@ -345,7 +345,7 @@ impl eframe::App for Studio {
         self.follow(&ctx);
         self.view.ask_for_picture(&mut self.session, &ctx);
         #[cfg(target_arch = "wasm32")]
-        crate::browser::note(self.is_settled(), self.note());
+        crate::browser::store_state(self.is_settled(), self.note(), self.fault());
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -19,7 +19,8 @@ pub(crate) type Arrived = anyhow::Result<Vec<NamedBytes>>;
 thread_local! {
     static ARRIVED: RefCell<Vec<Arrived>> = const { RefCell::new(Vec::new()) };
     static SETTLED: Cell<bool> = const { Cell::new(false) };
-    static TOLD: RefCell<String> = RefCell::default();
+    static MESSAGE: RefCell<String> = RefCell::default();
+    static FAULT: RefCell<String> = RefCell::default();
     static PRESSURE: Cell<Option<f32>> = const { Cell::new(None) };
 }
 
@@ -42,15 +43,16 @@ pub(crate) fn pen_pressure() -> Option<f32> {
     PRESSURE.get()
 }
 
-/// Stores the state for [`settled`] and [`told`].
-pub(crate) fn note(settled: bool, note: Option<&str>) {
+/// Stores the state for [`settled`], [`message`] and [`fault`].
+pub(crate) fn store_state(settled: bool, message: Option<&str>, fault: Option<&str>) {
     SETTLED.set(settled);
-    TOLD.with_borrow_mut(|told| {
-        if told != note.unwrap_or_default() {
-            *told = note.unwrap_or_default().to_owned();
-            speak(told);
+    MESSAGE.with_borrow_mut(|last| {
+        if last != message.unwrap_or_default() {
+            *last = message.unwrap_or_default().to_owned();
+            speak(last);
         }
     });
+    FAULT.set(fault.unwrap_or_default().to_owned());
 }
 
 /// Announces text through a screen reader.
@@ -192,6 +194,11 @@ pub(crate) fn settled() -> bool {
 }
 
 /// Returns the last message at the last update.
-pub(crate) fn told() -> String {
-    TOLD.with_borrow(String::clone)
+pub(crate) fn message() -> String {
+    MESSAGE.with_borrow(String::clone)
+}
+
+/// Returns the reason why nothing could be rendered at the last update, or an empty string.
+pub(crate) fn fault() -> String {
+    FAULT.with_borrow(String::clone)
 }

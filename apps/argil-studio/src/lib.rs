@@ -72,7 +72,7 @@ pub use document::Document;
 pub use files::{FileAccess, FileRequest};
 
 #[cfg(target_arch = "wasm32")]
-pub use web::{is_settled, place_of, start, told};
+pub use web::{fault, is_settled, message, start, widget_rect};
 
 /// The machine has no screen, or no device for a window.
 #[derive(Debug, thiserror::Error)]

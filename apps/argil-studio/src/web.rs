@@ -47,7 +47,7 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
 
 /// Returns the rectangle of the widget with a label, in points of the canvas: left, top, width, height.
 #[wasm_bindgen]
-pub fn place_of(label: &str) -> Option<Vec<f32>> {
+pub fn widget_rect(label: &str) -> Option<Vec<f32>> {
     PLACES.with_borrow(|places| places.get(label).map(|place| place.to_vec()))
 }
 
@@ -59,8 +59,14 @@ pub fn is_settled() -> bool {
 
 /// Returns the last message.
 #[wasm_bindgen]
-pub fn told() -> String {
-    browser::told()
+pub fn message() -> String {
+    browser::message()
+}
+
+/// Returns the reason why nothing can be rendered, or an empty string.
+#[wasm_bindgen]
+pub fn fault() -> String {
+    browser::fault()
 }
 
 /// Describes the widget with the keyboard focus: name, role and value.
