@@ -9,8 +9,8 @@ use glam::Vec3;
 use std::time::Instant;
 
 fn main() {
-    let lattice = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 512).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 512).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let programs = [100, 1000, 10_000].map(|n| {
         let scene = random_scene(n, 1);
         (n, Program::lower(&scene).expect("a program"))

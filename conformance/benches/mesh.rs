@@ -45,8 +45,8 @@ fn main() {
 
     let frame = scene.view.bounds;
     let frame = frame.map(|[min, max]| argil_math::Aabb::new(min.into(), max.into()));
-    let lattice = VoxelGrid::fitting(program.aabb(), frame, 256).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), frame, 256).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let all = || {
         let (bricks, lists, _) =
             Bricks::bake_with_programs(&program, layout, None).expect("bricks");
@@ -65,7 +65,7 @@ fn main() {
             .iter()
             .map(|&p| f64::from(program.distance(p)).powi(2))
             .sum();
-        (sum / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel_size)
+        (sum / mesh.positions.len() as f64).sqrt() / f64::from(voxel_grid.voxel_size)
     };
     let before = off(&marched.mesh);
     let refine = median(|| project_to_field::project_to_field(&program, &lists, &mut marched));

@@ -1,7 +1,7 @@
 //! Sparse bricks under edits, for tests and benchmarks.
 
 use crate::Wait;
-use crate::lattice;
+use crate::voxel_grid;
 use argil_field::{IncrementalProgram, Program};
 use argil_gpu::{Gpu, GpuProgram, GpuVolume};
 use argil_math::Aabb;
@@ -75,7 +75,7 @@ impl EditRig {
         settings: &BrickSettings,
     ) -> Self {
         let program = Program::lower(scene).expect("a program");
-        let layout = BrickLayout::new(lattice(scene, &program, resolution), settings);
+        let layout = BrickLayout::new(voxel_grid(scene, &program, resolution), settings);
         let layout = layout.expect("a layout");
         let watch = scene.request_margins(layout.margins(&program));
         Self {
@@ -100,8 +100,8 @@ impl EditRig {
         let is_cut = !solid.is_finite() && !solid.is_empty();
         let turns = is_cut != self.layout.voxel_grid.is_clipped;
         if turns {
-            let lattice = self.layout.voxel_grid.recomputed(solid, frame_of(scene));
-            self.layout.voxel_grid = lattice.expect("a lattice");
+            let voxel_grid = self.layout.voxel_grid.recomputed(solid, frame_of(scene));
+            self.layout.voxel_grid = voxel_grid.expect("a voxel grid");
         } else {
             self.layout = self.layout.grown_to(solid).expect("a layout");
             match &mut self.kept {
@@ -178,10 +178,10 @@ impl EditRig {
     /// freed.
     pub fn differing(&self, scene: &Scene) -> u64 {
         let program = Program::lower(scene).expect("a program");
-        let lattice = self.layout.voxel_grid;
-        let lattice = lattice.recomputed(program.aabb(), frame_of(scene));
+        let voxel_grid = self.layout.voxel_grid;
+        let voxel_grid = voxel_grid.recomputed(program.aabb(), frame_of(scene));
         let layout = BrickLayout {
-            voxel_grid: lattice.expect("a lattice"),
+            voxel_grid: voxel_grid.expect("a voxel grid"),
             ..self.layout
         };
         let fresh = RigVolume::bake(self.gpu.as_ref(), &program, layout);

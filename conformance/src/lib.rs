@@ -117,12 +117,12 @@ pub fn stored_integers(texels: &Texels) -> Vec<i32> {
 }
 
 /// Returns the voxel grid of a case's volume.
-pub fn lattice(scene: &Scene, program: &Program, resolution: u32) -> VoxelGrid {
+pub fn voxel_grid(scene: &Scene, program: &Program, resolution: u32) -> VoxelGrid {
     let frame = scene
         .view
         .bounds
         .map(|[min, max]| Aabb::new(min.into(), max.into()));
-    VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a lattice")
+    VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a voxel grid")
 }
 
 /// Returns all cases.

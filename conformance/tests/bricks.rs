@@ -5,8 +5,8 @@
 use argil_abi::GpuMaterial;
 use argil_conformance::Wait;
 use argil_conformance::{
-    CaseRng, SceneCase, all_cases, gpu, gpu_field, lattice, random_blends, random_scene, shipped,
-    stored_integers,
+    CaseRng, SceneCase, all_cases, gpu, gpu_field, random_blends, random_scene, shipped,
+    stored_integers, voxel_grid,
 };
 use argil_field::{Evaluator, Grid, Program};
 use argil_gpu::{GpuProgram, GpuVolume};
@@ -23,7 +23,7 @@ fn layout_of(program: &Program, scene: &Scene, resolution: u32, brick: u32) -> B
         brick_size_voxels: brick,
         ..BrickSettings::default()
     };
-    BrickLayout::new(lattice(scene, program, resolution), &settings).expect("a layout")
+    BrickLayout::new(voxel_grid(scene, program, resolution), &settings).expect("a layout")
 }
 
 fn bake(program: &Program, layout: BrickLayout) -> Bricks {
@@ -482,11 +482,12 @@ fn a_pool_grows_to_the_needed_size() {
 fn no_resolution_is_rounded() {
     let solid = Aabb::new(Vec3::splat(-0.5), Vec3::new(0.5, 0.2, 0.1));
     for resolution in [8, 37, 300, 1000] {
-        let lattice = argil_volume::VoxelGrid::fitting(solid, None, resolution).expect("a lattice");
-        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        let voxel_grid =
+            argil_volume::VoxelGrid::fitting(solid, None, resolution).expect("a voxel grid");
+        let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
         assert_eq!(layout.voxel_grid.size.max_element(), resolution);
         let reach = layout.size_cells() * layout.brick_size_voxels;
-        assert!(reach.cmpge(lattice.size).all() && (reach - lattice.size).max_element() < 8);
+        assert!(reach.cmpge(voxel_grid.size).all() && (reach - voxel_grid.size).max_element() < 8);
     }
 }
 

@@ -16,16 +16,16 @@ use glam::Vec3;
 use std::collections::BTreeMap;
 
 fn mesh(program: &Program, resolution: u32) -> (Mesh, VoxelGrid) {
-    let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(program, layout, None).expect("bricks");
     let mut marched = marching::bricks::march(&bricks);
     project_to_field::project_to_field(program, &lists, &mut marched);
     project_to_field::orient_normals(&mut marched);
-    (marched.mesh, lattice)
+    (marched.mesh, voxel_grid)
 }
 
-fn look(program: &Program, lattice: &VoxelGrid, eye: Vec3) -> Vec<FrameUniform> {
+fn look(program: &Program, voxel_grid: &VoxelGrid, eye: Vec3) -> Vec<FrameUniform> {
     let settings = RenderSettings {
         size: [160, 120],
         mode: RenderMode::Normal,
@@ -38,7 +38,7 @@ fn look(program: &Program, lattice: &VoxelGrid, eye: Vec3) -> Vec<FrameUniform> 
         field_of_view_degrees: 45.0,
     };
     let focus = Aabb::centered(Vec3::ONE);
-    frame_uniforms(&settings, &camera, program, Some(lattice), focus)
+    frame_uniforms(&settings, &camera, program, Some(voxel_grid), focus)
 }
 
 fn triangles(mesh: &Mesh) -> Triangles<'_> {
@@ -65,14 +65,14 @@ fn differing(a: &[Hit], b: &[Hit], tolerance: f32) -> usize {
 fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     let case = shipped().into_iter().find(|case| case.name == "csg20");
     let program = Program::lower(&case.expect("a scene that ships").scene).expect("a program");
-    let (mut mesh, lattice) = mesh(&program, 128);
+    let (mut mesh, voxel_grid) = mesh(&program, 128);
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuMesh::upload(&field, triangles(&mesh)).expect("triangles");
     // From outside, from within the box with triangles behind the eye, and from inside the solid.
     let inside = mesh.positions[mesh.triangles[1000][0] as usize]
-        - 2.0 * lattice.voxel_size * mesh.normals[mesh.triangles[1000][0] as usize];
+        - 2.0 * voxel_grid.voxel_size * mesh.normals[mesh.triangles[1000][0] as usize];
     for eye in [Vec3::new(1.2, 0.8, 2.0), Vec3::new(0.05, 0.02, 0.9), inside] {
-        let frames = look(&program, &lattice, eye);
+        let frames = look(&program, &voxel_grid, eye);
         let own = render_with_hits(&program, &triangles(&mesh), &frames);
         let theirs = on_gpu
             .render(&field, &frames, true)
@@ -82,11 +82,11 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
         let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
         // Pixels on the edge between two triangles can be either's.
-        let off = differing(&own.hits, &theirs.hits, 1e-3 * lattice.voxel_size);
+        let off = differing(&own.hits, &theirs.hits, 1e-3 * voxel_grid.voxel_size);
         assert!(off * 200 < count, "{off} of {count} from {eye}");
 
         let field = render_with_hits(&program, &PrunedField, &frames);
-        let off = differing(&own.hits, &field.hits, lattice.voxel_size);
+        let off = differing(&own.hits, &field.hits, voxel_grid.voxel_size);
         assert!(
             off * 20 < count,
             "{off} of {count} from {eye} against the field"
@@ -98,7 +98,7 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     }
 
     // The comparison can fail: triangles that are moved, or turned over.
-    let frames = look(&program, &lattice, Vec3::new(1.2, 0.8, 2.0));
+    let frames = look(&program, &voxel_grid, Vec3::new(1.2, 0.8, 2.0));
     let right = render_with_hits(&program, &triangles(&mesh), &frames);
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let turned = render_with_hits(&program, &triangles(&mesh), &frames);
@@ -106,9 +106,9 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
     assert!(outside(&right.hits) > 2000 && outside(&turned.hits) < 20);
     mesh.positions
         .iter_mut()
-        .for_each(|p| p.z += lattice.voxel_size);
+        .for_each(|p| p.z += voxel_grid.voxel_size);
     let moved = render_with_hits(&program, &triangles(&mesh), &frames);
-    assert!(differing(&right.hits, &moved.hits, 1e-3 * lattice.voxel_size) > 2000);
+    assert!(differing(&right.hits, &moved.hits, 1e-3 * voxel_grid.voxel_size) > 2000);
 }
 
 /// A closed surface has no gaps: from any camera, no ray passes between neighboring triangles.
@@ -118,12 +118,12 @@ fn no_ray_slips_through_between_triangles() {
     let ball = Brush::new(Shape::sphere(0.7));
     scene.push(ball).expect("a brush");
     let program = Program::lower(&scene).expect("a program");
-    let (mesh, lattice) = mesh(&program, 48);
+    let (mesh, voxel_grid) = mesh(&program, 48);
     for k in 0..12 {
         let turn = k as f32 * 0.37;
         // From inside, every ray meets the surface.
         let eye = 0.3 * Vec3::new(turn.cos(), 0.1 * turn, turn.sin());
-        let frames = look(&program, &lattice, eye);
+        let frames = look(&program, &voxel_grid, eye);
         let picture = render_with_hits(&program, &triangles(&mesh), &frames);
         let gaps = picture.hits.iter().filter(|h| h.kind != HIT_INSIDE).count();
         assert_eq!(gaps, 0, "from {eye}");
@@ -193,7 +193,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
         // A frame that cuts the solid, so that there are bricks without neighbors.
         let cut = Aabb::new(Vec3::new(-0.3, -0.4, -0.5), Vec3::new(0.6, 0.5, 0.45));
         for frame in [None, Some(cut)] {
-            let lattice = match frame {
+            let voxel_grid = match frame {
                 Some(cut) => VoxelGrid {
                     corner: cut.min,
                     voxel_size: 0.9 / 61.0,
@@ -201,14 +201,14 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                     size: glam::UVec3::new(61, 61, 64),
                     is_clipped: true,
                 },
-                None => VoxelGrid::fitting(program.aabb(), None, 61).expect("a lattice"),
+                None => VoxelGrid::fitting(program.aabb(), None, 61).expect("a voxel grid"),
             };
             let mut settings = BrickSettings {
                 brick_size_voxels: brick,
                 ..BrickSettings::default()
             };
             settings.encoding.format = bits;
-            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+            let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
             let bricks = Bricks::bake(&program, layout, None).expect("bricks").0;
             let own = marching::bricks::march(&bricks).mesh;
             let volume = GpuVolume::upload(&field, &bricks.into())
@@ -226,7 +226,13 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                 theirs.positions.len(),
                 "shared as well"
             );
-            assert_same(&own, &theirs, lattice.corner, lattice.voxel_size, 1e-4);
+            assert_same(
+                &own,
+                &theirs,
+                voxel_grid.corner,
+                voxel_grid.voxel_size,
+                1e-4,
+            );
             assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
         }
     }
@@ -254,14 +260,15 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         (65, SampleFormat::Snorm8, 0.0),
         (61, SampleFormat::Snorm16, 0.02),
     ] {
-        let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
+        let voxel_grid =
+            VoxelGrid::fitting(program.aabb(), None, resolution).expect("a voxel grid");
         let encoding = Encoding {
             format: bits,
             ..Encoding::default()
         };
-        let dense = Dense::bake(&program, lattice, encoding, false);
-        let level = iso / encoding.band_width(&lattice, 0) * encoding.format.max_code() as f32;
-        let grid = lattice.grid(0);
+        let dense = Dense::bake(&program, voxel_grid, encoding, false);
+        let level = iso / encoding.band_width(&voxel_grid, 0) * encoding.format.max_code() as f32;
+        let grid = voxel_grid.grid(0);
         let texels = &dense.levels()[0];
         let own = match bits {
             SampleFormat::Snorm8 => {
@@ -283,7 +290,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         let theirs = mesh.download(field.gpu()).wait().expect("triangles");
         assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
         assert_eq!(own.positions.len(), theirs.positions.len());
-        assert_same(&own, &theirs, grid.min, lattice.voxel_size, 1e-4);
+        assert_same(&own, &theirs, grid.min, voxel_grid.voxel_size, 1e-4);
         assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
         // Triangles with corners of their own are the same ones, with their own normals.
         let unshared = SurfaceOptions {
@@ -294,14 +301,14 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");
         let spread = mesh.download(field.gpu()).wait().expect("triangles");
         assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
-        assert_same(&own, &spread, grid.min, lattice.voxel_size, 1e-4);
+        assert_same(&own, &spread, grid.min, voxel_grid.voxel_size, 1e-4);
         assert_eq!(facing(&spread), spread.triangles.len());
         assert!(mesh.memory_bytes() >= 72 * spread.triangles.len() as u64);
     }
 
     // The comparison can fail: another level.
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 61).expect("a lattice");
-    let dense = Dense::bake(&program, lattice, Encoding::default(), false);
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 61).expect("a voxel grid");
+    let dense = Dense::bake(&program, voxel_grid, Encoding::default(), false);
     let volume = GpuVolume::upload(&field, &dense.into())
         .wait()
         .expect("a volume");
@@ -313,10 +320,10 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
         mesh.download(field.gpu()).wait().expect("triangles")
     };
-    let first = lattice.grid(0).min;
+    let first = voxel_grid.grid(0).min;
     let (one, other) = (
-        by_edges(&march(0.0), first, lattice.voxel_size),
-        by_edges(&march(0.01), first, lattice.voxel_size),
+        by_edges(&march(0.0), first, voxel_grid.voxel_size),
+        by_edges(&march(0.01), first, voxel_grid.voxel_size),
     );
     assert!(!one.keys().eq(other.keys()));
 }
@@ -324,9 +331,9 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
 #[test]
 fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
     let program = csg20();
-    let (own, lattice) = mesh(&program, 96);
+    let (own, voxel_grid) = mesh(&program, 96);
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
         .wait()
         .expect("bricks");
@@ -335,7 +342,8 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
             .positions
             .iter()
             .map(|&p| f64::from(program.distance(p)).powi(2));
-        (squares.sum::<f64>() / mesh.positions.len() as f64).sqrt() / f64::from(lattice.voxel_size)
+        (squares.sum::<f64>() / mesh.positions.len() as f64).sqrt()
+            / f64::from(voxel_grid.voxel_size)
     };
     let march = |is_moved: bool| {
         let options = SurfaceOptions {
@@ -353,7 +361,7 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
         rms(&moved),
         rms(&left)
     );
-    assert_same(&own, &moved, lattice.corner, lattice.voxel_size, 0.02);
+    assert_same(&own, &moved, voxel_grid.corner, voxel_grid.voxel_size, 0.02);
     assert!(MeshReport::of(&moved).is_watertight());
     let turned = |a: &Vec3| program.gradient(*a).1.normalize_or_zero();
     let off = moved

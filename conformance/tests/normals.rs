@@ -2,7 +2,7 @@
 
 use argil_abi::{HIT_NONE, Hit};
 use argil_conformance::Wait;
-use argil_conformance::{gpu, lattice, primary_ray, shipped};
+use argil_conformance::{gpu, primary_ray, shipped, voxel_grid};
 use argil_field::Program;
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
@@ -53,10 +53,10 @@ fn normals_equal_the_fields() {
         .filter(|c| ["csg20", "teapot"].contains(&c.name.as_str()))
     {
         let program = Program::lower(&case.scene).expect("a program");
-        let lattice = lattice(&case.scene, &program, 512);
-        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        let voxel_grid = voxel_grid(&case.scene, &program, 512);
+        let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
         let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
-        let held = program.aabb().intersection(lattice.aabb());
+        let held = program.aabb().intersection(voxel_grid.aabb());
         let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
         for normals in [
             NormalSource::Voxel,
@@ -70,7 +70,7 @@ fn normals_equal_the_fields() {
                 max_steps: 4096,
                 ..RenderSettings::default()
             };
-            let frames = frame_uniforms(&settings, &camera, &program, Some(&lattice), held);
+            let frames = frame_uniforms(&settings, &camera, &program, Some(&voxel_grid), held);
             let hits = render_with_hits(&program, &bricks, &frames).hits;
             let all = errors(
                 &program,
@@ -111,14 +111,14 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
     let case = shipped().into_iter().find(|c| c.name == "csg20");
     let case = case.expect("a scene that ships");
     let program = Program::lower(&case.scene).expect("a program");
-    let lattice = lattice(&case.scene, &program, 512);
+    let voxel_grid = voxel_grid(&case.scene, &program, 512);
     let settings = BrickSettings {
         encoding: Encoding::default(),
         ..BrickSettings::default()
     };
-    let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+    let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
     let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
-    let held = program.aabb().intersection(lattice.aabb());
+    let held = program.aabb().intersection(voxel_grid.aabb());
     let camera = Camera::orbit(held, [30.0, 20.0, 2.4], 40.0);
     let settings = RenderSettings {
         size: [64, 48],
@@ -126,9 +126,9 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
         max_steps: 4096,
         ..RenderSettings::default()
     };
-    let frames = frame_uniforms(&settings, &camera, &program, Some(&lattice), held);
+    let frames = frame_uniforms(&settings, &camera, &program, Some(&voxel_grid), held);
     let pixel_voxels =
-        frames[0].pixel_width * camera.eye.distance(held.center()) / lattice.voxel_size;
+        frames[0].pixel_width * camera.eye.distance(held.center()) / voxel_grid.voxel_size;
     assert!(pixel_voxels > 9.0, "{pixel_voxels}");
     let cpu = render_with_hits(&program, &bricks, &frames).hits;
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");

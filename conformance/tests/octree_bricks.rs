@@ -1,7 +1,7 @@
 //! Tests the bricks of octrees and silhouettes by brute force: at four times a volume's resolution, and ray by ray.
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, Hit};
-use argil_conformance::{SceneCase, lattice, primary_ray, random_blends, shipped};
+use argil_conformance::{SceneCase, primary_ray, random_blends, shipped, voxel_grid};
 use argil_field::{Evaluator, Grid, LANES, Program};
 use argil_math::Aabb;
 use argil_render::{
@@ -93,8 +93,8 @@ fn octree_of(
     resolution: u32,
     settings: OctreeSettings,
 ) -> Octree {
-    let lattice = lattice(scene, program, resolution);
-    let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+    let voxel_grid = voxel_grid(scene, program, resolution);
+    let layout = OctreeLayout::new(voxel_grid, &settings).expect("a layout");
     Octree::bake(program, layout, settings.brick_test).0
 }
 
@@ -168,19 +168,19 @@ proptest! {
 }
 
 /// Returns rays that are wrong against the exact field: those that passed through the solid, and those that stop in
-/// empty space or inside. `lattice` sets the tolerance: interpolation errs by at most half of a voxel's diagonal
+/// empty space or inside. `voxel_grid` sets the tolerance: interpolation errs by at most half of a voxel's diagonal
 /// (times the Lipschitz constant) and half a step of the encoding.
 fn wrong(
     program: &Program,
-    lattice: &VoxelGrid,
+    voxel_grid: &VoxelGrid,
     frame: &FrameUniform,
     hits: &[Hit],
     footprint: f32,
 ) -> (usize, usize) {
     let encoding = Encoding::default();
-    let step = encoding.band_width(lattice, 0) / encoding.format.max_code() as f32;
-    let between = 0.5 * 3f32.sqrt() * lattice.voxel_size * program.lipschitz();
-    let bound = 1.01 * (between + step) + program.bound_error(lattice.aabb());
+    let step = encoding.band_width(voxel_grid, 0) / encoding.format.max_code() as f32;
+    let between = 0.5 * 3f32.sqrt() * voxel_grid.voxel_size * program.lipschitz();
+    let bound = 1.01 * (between + step) + program.bound_error(voxel_grid.aabb());
     let ([ax, ay, az], epsilon) = (frame.box_min, frame.epsilon);
     let [bx, by, bz] = frame.box_max;
     let bounds = Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));
@@ -201,13 +201,13 @@ fn wrong(
             hit.normal_t[3]
         };
         // Half a voxel at a time, up to where the ray has come.
-        let count = ((end - near) / (0.5 * lattice.voxel_size)).max(0.0) as usize;
+        let count = ((end - near) / (0.5 * voxel_grid.voxel_size)).max(0.0) as usize;
         d.resize(count + 2, 0.0);
         let at = |k: usize| {
             ray.at(if k == count + 1 {
                 end
             } else {
-                near + 0.5 * lattice.voxel_size * k as f32
+                near + 0.5 * voxel_grid.voxel_size * k as f32
             })
         };
         for first in (0..d.len()).step_by(LANES) {
@@ -225,7 +225,7 @@ fn wrong(
             .map(|d| d * side)
             .fold(f32::MAX, f32::min);
         // A solid that the volume's box cuts is met at the cut.
-        let is_cut = near > 0.0 && d[0] < -bound && end - near < lattice.voxel_size;
+        let is_cut = near > 0.0 && d[0] < -bound && end - near < voxel_grid.voxel_size;
         passed += usize::from(deepest < -bound && !is_cut);
         let reach = epsilon.max(footprint * end);
         let is_stray = hit.kind != HIT_NONE && d[count + 1].abs() > bound + reach;
@@ -245,9 +245,9 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
     let (mut wrong_by_center, mut rays, mut from_inside) = (0, 0, 0);
     for case in cases() {
         let program = Program::lower(&case.scene).expect("a program");
-        let lattice = lattice(&case.scene, &program, 128);
-        let dense = Dense::bake(&program, lattice, Encoding::default(), false);
-        let mips = Dense::bake(&program, lattice, Encoding::default(), true);
+        let voxel_grid = voxel_grid(&case.scene, &program, 128);
+        let dense = Dense::bake(&program, voxel_grid, Encoding::default(), false);
+        let mips = Dense::bake(&program, voxel_grid, Encoding::default(), true);
         let with = |brick, keep| {
             let settings = OctreeSettings {
                 brick_size_voxels: brick,
@@ -268,10 +268,10 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                     encoding,
                     brick_size_voxels: brick,
                 };
-                let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+                let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
                 Bricks::bake(&program, layout, None).expect("bricks").0
             });
-        let held = program.aabb().intersection(lattice.aabb());
+        let held = program.aabb().intersection(voxel_grid.aabb());
         for orbit in [
             [30.0, 20.0, 2.4],
             [200.0, -35.0, 2.0],
@@ -290,7 +290,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                     lookup_start: descent,
                     ..settings
                 };
-                frame_uniforms(&settings, &camera, &program, Some(&lattice), held)
+                frame_uniforms(&settings, &camera, &program, Some(&voxel_grid), held)
             };
             let frames = frames_by(LookupStart::Root);
             let shown =
@@ -316,7 +316,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
                 rays += hits.len() / 11;
                 from_inside += hits.iter().filter(|h| h.kind == HIT_INSIDE).count() / 11;
                 assert_eq!(
-                    wrong(&program, &lattice, &frames[0], &hits, footprint),
+                    wrong(&program, &voxel_grid, &frames[0], &hits, footprint),
                     (0, 0),
                     "{} by {name} from {orbit:?}: passed through solid, stopped elsewhere",
                     case.name
@@ -324,7 +324,7 @@ fn no_ray_passes_through_solid_or_stops_in_the_air() {
             }
             // Negative control: the study's test of the center loses bricks, and rays pass through walls there.
             let hits = shown(&by_center);
-            let (passed, stray) = wrong(&program, &lattice, &frames[0], &hits, 0.0);
+            let (passed, stray) = wrong(&program, &voxel_grid, &frames[0], &hits, 0.0);
             wrong_by_center += passed + stray;
         }
     }

@@ -5,8 +5,8 @@
 
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::{
-    CaseRng, SceneCase, Wait, all_cases, gpu, lattice, primary_ray, random_blends, shipped,
-    stored_integers,
+    CaseRng, SceneCase, Wait, all_cases, gpu, primary_ray, random_blends, shipped, stored_integers,
+    voxel_grid,
 };
 use argil_field::Program;
 use argil_gpu::{BrickOrdering, DenseFill, Gpu, GpuProgram, GpuVolume};
@@ -82,16 +82,17 @@ fn gpu_dense_volumes_are_the_cpus() {
             } else {
                 33 + i as u32
             };
-            let lattice = self::lattice(&case.scene, &program, resolution);
-            let cpu = Dense::bake(&program, lattice, encoding, mips);
-            let (volume, stages) = GpuVolume::dense(&field, &program, lattice, encoding, mips, way)
-                .wait()
-                .expect("a volume");
+            let voxel_grid = self::voxel_grid(&case.scene, &program, resolution);
+            let cpu = Dense::bake(&program, voxel_grid, encoding, mips);
+            let (volume, stages) =
+                GpuVolume::dense(&field, &program, voxel_grid, encoding, mips, way)
+                    .wait()
+                    .expect("a volume");
             assert!(!stages.is_empty() && stages.iter().all(|(_, ms)| *ms > 0.0));
             let found = dense_of(volume.download(&gpu).wait().expect("a volume"));
             assert_eq!(cpu.levels().len(), found.levels().len());
             for (level, (a, b)) in cpu.levels().iter().zip(found.levels()).enumerate() {
-                let range = encoding.band_width(&lattice, level as u32);
+                let range = encoding.band_width(&voxel_grid, level as u32);
                 let allowed = steps_of(range, &encoding, range);
                 let (count, most) = gap(a, b);
                 assert!(
@@ -100,9 +101,9 @@ fn gpu_dense_volumes_are_the_cpus() {
                     case.name
                 );
             }
-            // Negative control: a lattice moved by a twentieth of a voxel is told apart.
-            let mut moved = lattice;
-            moved.corner += 0.05 * lattice.voxel_size;
+            // Negative control: a voxel grid moved by a twentieth of a voxel is told apart.
+            let mut moved = voxel_grid;
+            moved.corner += 0.05 * voxel_grid.voxel_size;
             let moved = Dense::bake(&program, moved, encoding, mips);
             let (count, _) = gap(&cpu.levels()[0], &moved.levels()[0]);
             assert!(
@@ -122,7 +123,7 @@ fn pruned_bakes_are_whole_bakes() {
     cases.extend((60..72).map(|seed| random_blends(seed, 40)));
     for (i, case) in cases.iter().enumerate() {
         let program = Program::lower(&case.scene).expect("a program");
-        let lattice = lattice(&case.scene, &program, 30 + i as u32 % 40);
+        let voxel_grid = voxel_grid(&case.scene, &program, 30 + i as u32 % 40);
         let encoding = Encoding {
             format: if i % 2 == 0 {
                 SampleFormat::Snorm8
@@ -131,8 +132,8 @@ fn pruned_bakes_are_whole_bakes() {
             },
             ..Encoding::default()
         };
-        let whole = Dense::bake_unpruned(&program, lattice, encoding, true);
-        let pruned = Dense::bake(&program, lattice, encoding, true);
+        let whole = Dense::bake_unpruned(&program, voxel_grid, encoding, true);
+        let pruned = Dense::bake(&program, voxel_grid, encoding, true);
         assert!(whole == pruned, "{}", case.name);
     }
 }
@@ -187,8 +188,8 @@ fn gpu_octrees_are_the_cpus() {
         let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
         // Two of the shapes each, so that every scene and every shape has its turn.
         for (resolution, settings, order) in [shapes[i % 4], shapes[(i + 1) % 4]] {
-            let lattice = lattice(&case.scene, &program, resolution);
-            let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+            let voxel_grid = voxel_grid(&case.scene, &program, resolution);
+            let layout = OctreeLayout::new(voxel_grid, &settings).expect("a layout");
             let (cpu, _) = Octree::bake(&program, layout, settings.brick_test);
             let (volume, stages) =
                 GpuVolume::octree(&field, &program, layout, settings.brick_test, order)
@@ -202,7 +203,7 @@ fn gpu_octrees_are_the_cpus() {
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
             let own = (found.tree().codes().len(), found.tree().nodes().len());
             assert_eq!(size, Some((own.0 as u64, own.1 as u64)));
-            let range = layout.encoding.band_width(&lattice, 0);
+            let range = layout.encoding.band_width(&voxel_grid, 0);
             let allowed = steps_of(range, &layout.encoding, range);
             let (count, most) = gap(cpu.texels(), found.texels());
             assert!(
@@ -232,9 +233,9 @@ fn large_octrees_go_past_one_workgroup() {
         .push(Brush::new(Shape::sphere(0.9)))
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = lattice(&scene, &program, 200);
-    let layout =
-        OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative)).expect("a layout");
+    let voxel_grid = voxel_grid(&scene, &program, 200);
+    let layout = OctreeLayout::new(voxel_grid, &settings(8, None, BrickTest::Conservative))
+        .expect("a layout");
     let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
     let (cpu, _) = Octree::bake(&program, layout, BrickTest::Conservative);
     assert!(
@@ -259,20 +260,27 @@ fn the_limits_that_every_device_has_are_enough() {
     let case = random_blends(13, 20);
     let program = Program::lower(&case.scene).expect("a program");
     let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
-    let lattice = lattice(&case.scene, &program, 70);
+    let voxel_grid = voxel_grid(&case.scene, &program, 70);
     let encoding = Encoding::default();
-    let range = encoding.band_width(&lattice, 0);
+    let range = encoding.band_width(&voxel_grid, 0);
     let allowed = steps_of(range, &encoding, range);
-    let cpu = Dense::bake(&program, lattice, encoding, true);
-    let (volume, _) = GpuVolume::dense(&field, &program, lattice, encoding, true, DenseFill::Tiled)
-        .wait()
-        .expect("a volume");
+    let cpu = Dense::bake(&program, voxel_grid, encoding, true);
+    let (volume, _) = GpuVolume::dense(
+        &field,
+        &program,
+        voxel_grid,
+        encoding,
+        true,
+        DenseFill::Tiled,
+    )
+    .wait()
+    .expect("a volume");
     let found = dense_of(volume.download(&gpu).wait().expect("a volume"));
     for (a, b) in cpu.levels().iter().zip(found.levels()) {
         assert!(gap(a, b).1 <= allowed);
     }
-    let layout =
-        OctreeLayout::new(lattice, &settings(32, None, BrickTest::Conservative)).expect("a layout");
+    let layout = OctreeLayout::new(voxel_grid, &settings(32, None, BrickTest::Conservative))
+        .expect("a layout");
     let (cpu, _) = Octree::bake(&program, layout, BrickTest::Conservative);
     for order in [BrickOrdering::PrefixSum, BrickOrdering::EnumerationSort] {
         let (volume, _) =
@@ -304,8 +312,8 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
     let case = random_blends(29, 20);
     let program = Program::lower(&case.scene).expect("a program");
     let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
-    let lattice = lattice(&case.scene, &program, 70);
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = voxel_grid(&case.scene, &program, 70);
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (cpu, _) = Bricks::bake(&program, layout, None).expect("bricks");
     let (built, _) = GpuVolume::bricks(&field, &program, layout, None)
         .wait()
@@ -363,13 +371,13 @@ fn no_level_overstates_the_distance() {
     cases.extend((7..10).map(|seed| random_blends(seed, 20)));
     for case in &cases {
         let program = Program::lower(&case.scene).expect("a program");
-        let lattice = lattice(&case.scene, &program, 48);
+        let voxel_grid = voxel_grid(&case.scene, &program, 48);
         let encoding = Encoding::default();
-        let dense = Dense::bake(&program, lattice, encoding, true);
-        let held = lattice.aabb();
+        let dense = Dense::bake(&program, voxel_grid, encoding, true);
+        let held = voxel_grid.aabb();
         let slack = program.bound_error(held);
-        let between = 0.5 * 3f32.sqrt() * lattice.voxel_size * program.lipschitz();
-        let step = encoding.band_width(&lattice, 0) / encoding.format.max_code() as f32;
+        let between = 0.5 * 3f32.sqrt() * voxel_grid.voxel_size * program.lipschitz();
+        let step = encoding.band_width(&voxel_grid, 0) / encoding.format.max_code() as f32;
         for _ in 0..300 {
             let share = Vec3::new(numbers.unit(), numbers.unit(), numbers.unit());
             let p = held.min + held.size() * share;
@@ -388,7 +396,9 @@ fn no_level_overstates_the_distance() {
                     case.name
                 );
                 // Negative control: without what is taken off, levels do overstate.
-                let bias = encoding.fill_uniform(&program, &lattice, level).first_bias[3];
+                let bias = encoding
+                    .fill_uniform(&program, &voxel_grid, level)
+                    .first_bias[3];
                 over += usize::from(level > 0 && stored + bias > d + 2e-3);
             }
         }
@@ -455,13 +465,13 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
     let case = random_blends(11, 18);
     let program = Program::lower(&case.scene).expect("a program");
     let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
-    let lattice = lattice(&case.scene, &program, 96);
+    let voxel_grid = voxel_grid(&case.scene, &program, 96);
     let sixteen = Encoding {
         format: SampleFormat::Snorm16,
         ..Encoding::default()
     };
     let layout = |brick| {
-        OctreeLayout::new(lattice, &settings(brick, None, BrickTest::Conservative))
+        OctreeLayout::new(voxel_grid, &settings(brick, None, BrickTest::Conservative))
             .expect("a layout")
     };
     let bricks = |brick, bits| {
@@ -472,24 +482,24 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
                 ..Encoding::default()
             },
         };
-        let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+        let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
         Bricks::bake(&program, layout, None).expect("bricks").0
     };
     let octree = |brick| Octree::bake(&program, layout(brick), BrickTest::Conservative).0;
     let volumes: [(&str, Volume, LookupStart); 7] = [
         (
             "dense",
-            Dense::bake(&program, lattice, Encoding::default(), false).into(),
+            Dense::bake(&program, voxel_grid, Encoding::default(), false).into(),
             LookupStart::Root,
         ),
         (
             "mips",
-            Dense::bake(&program, lattice, Encoding::default(), true).into(),
+            Dense::bake(&program, voxel_grid, Encoding::default(), true).into(),
             LookupStart::Root,
         ),
         (
             "16 bits",
-            Dense::bake(&program, lattice, sixteen, true).into(),
+            Dense::bake(&program, voxel_grid, sixteen, true).into(),
             LookupStart::Root,
         ),
         ("octree", octree(8).into(), LookupStart::Root),
@@ -537,7 +547,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
                 "{name}, {show:?}: {other} hits are of another kind"
             );
             assert!(
-                length < 0.1 * lattice.voxel_size && normal < 0.1,
+                length < 0.1 * voxel_grid.voxel_size && normal < 0.1,
                 "{name}, {show:?}: lengths {length}, normals {normal} apart"
             );
             let differing = cpu.rgb.iter().zip(&found.rgb);
@@ -550,11 +560,11 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             assert!(hit > 300, "{name}, {show:?}: {hit}");
 
             // Negative control: a camera moved by a quarter of a voxel.
-            let moved = eye + Vec3::splat(0.25 * lattice.voxel_size);
+            let moved = eye + Vec3::splat(0.25 * voxel_grid.voxel_size);
             let moved = render_with_hits(&program, volume, &frame(&program, volume, moved, show));
             let (other, length, _) = hit_gap(&cpu.hits, &moved.hits);
             assert!(
-                other > cpu.hits.len() / 100 || length >= 0.1 * lattice.voxel_size,
+                other > cpu.hits.len() / 100 || length >= 0.1 * voxel_grid.voxel_size,
                 "{name}, {show:?}"
             );
         }
@@ -566,9 +576,9 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
 fn a_remembered_path_saves_descents_and_nothing_else() {
     let case = random_blends(12, 18);
     let program = Program::lower(&case.scene).expect("a program");
-    let lattice = lattice(&case.scene, &program, 128);
-    let layout =
-        OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative)).expect("a layout");
+    let voxel_grid = voxel_grid(&case.scene, &program, 128);
+    let layout = OctreeLayout::new(voxel_grid, &settings(8, None, BrickTest::Conservative))
+        .expect("a layout");
     let (octree, _) = Octree::bake(&program, layout, BrickTest::Conservative);
     let frames = frame(
         &program,
@@ -605,11 +615,11 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
         .push(Brush::new(Shape::sphere(0.05)))
         .expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = lattice(&scene, &program, 256);
+    let voxel_grid = voxel_grid(&scene, &program, 256);
     // The study's test keeps a brick whose center is within the range, here 0.25.
     let mut settings = settings(32, None, BrickTest::CenterInBand);
     settings.encoding.band = Band::Voxels(0.25 * 128.0);
-    let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+    let layout = OctreeLayout::new(voxel_grid, &settings).expect("a layout");
     let (octree, _) = Octree::bake(&program, layout, settings.brick_test);
     assert_eq!(octree.tree().codes().len(), 8);
     assert_eq!(octree.tree().nodes().len(), 8 + 8 + 1);
@@ -668,11 +678,11 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
         (&floor, Vec3::new(0.0, -0.5, 3.0), HIT_OUTSIDE),
     ] {
         let program = Program::lower(scene).expect("a program");
-        let lattice = lattice(scene, &program, 64);
-        let layout = OctreeLayout::new(lattice, &settings(8, None, BrickTest::Conservative))
+        let voxel_grid = voxel_grid(scene, &program, 64);
+        let layout = OctreeLayout::new(voxel_grid, &settings(8, None, BrickTest::Conservative))
             .expect("a layout");
         let field = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
-        let dense = Dense::bake(&program, lattice, Encoding::default(), true);
+        let dense = Dense::bake(&program, voxel_grid, Encoding::default(), true);
         let octree = Octree::bake(&program, layout, BrickTest::Conservative).0;
         let mut shown: Vec<Vec<Hit>> = Vec::new();
         for volume in [Volume::Dense(dense), Volume::Octree(octree)] {
@@ -706,7 +716,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
         for hits in &shown[1..] {
             let other = hits.iter().zip(&shown[0]);
             let other = other.filter(|(a, b)| {
-                a.kind != b.kind || (a.normal_t[3] - b.normal_t[3]).abs() > lattice.voxel_size
+                a.kind != b.kind || (a.normal_t[3] - b.normal_t[3]).abs() > voxel_grid.voxel_size
             });
             assert!(other.count() <= 4);
         }

@@ -60,7 +60,7 @@ pub(crate) const ALL: &[Claim] = &[
             let (_, own) = judge(
                 &bricks,
                 |r| r < 1.0,
-                "memory of sparse bricks, with 16-bit codes and materials",
+                "memory of sparse bricks, with 16-bit codes and materials, relative to a dense volume",
             );
             (verdict, format!("{why}; {own}"))
         },
@@ -162,7 +162,7 @@ pub(crate) const ALL: &[Claim] = &[
             (
                 verdict,
                 format!(
-                    "with a limit of 256 steps, rays took up to {dense:.0} through dense volumes with bands of ±4 voxels, and {octree:.0} through octrees, including nodes and cells"
+                    "with a limit of 256 steps, rays took up to {dense:.0} steps through dense volumes with bands of ±4 voxels, and {octree:.0} through octrees, including nodes and cells"
                 ),
             )
         },

@@ -25,8 +25,8 @@ fn voxel(name: &str, way: Configuration) -> Option<f32> {
         .view
         .bounds
         .map(|[a, b]| Aabb::new(a.into(), b.into()));
-    let lattice = VoxelGrid::fitting(world.program().aabb(), frame, way.resolution);
-    Some(lattice.ok()?.voxel_size)
+    let voxel_grid = VoxelGrid::fitting(world.program().aabb(), frame, way.resolution);
+    Some(voxel_grid.ok()?.voxel_size)
 }
 
 /// Returns the command that repeats a case. `None` if the scene is not a file.

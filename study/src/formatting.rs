@@ -22,6 +22,12 @@ pub(crate) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
+/// Formats a count with its noun, which takes an `s` unless the count is 1.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
 /// Formats a number with its significant digits.
 pub(crate) fn number(value: f64) -> String {
     if !value.is_finite() {

@@ -72,7 +72,7 @@ pub fn study(
         let known = || experiments::ALL.iter().map(|e| e.name).collect::<Vec<_>>();
         anyhow::ensure!(
             known().contains(&name.as_str()),
-            "{name}: no experiment; there are {}",
+            "unknown experiment {name}; available: {}",
             known().join(", ")
         );
     }

@@ -31,10 +31,10 @@ struct Study {
     /// Folder of records, images and the report
     #[arg(short, long, value_name = "DIR", default_value = "study-out")]
     output: PathBuf,
-    /// How much to measure: what two cores do in a quarter of an hour, or everything
+    /// Amount of measurements: about 15 minutes on two cores, or all
     #[arg(long, value_enum, default_value_t = Preset::Quick)]
     preset: Preset,
-    /// Devices to measure; auto: the CPU, and a GPU if there is one, in hardware or software
+    /// Devices to measure; auto: the CPU and, if available, a hardware or software GPU
     #[arg(long, value_enum, default_value_t = Device::Auto)]
     device: Device,
     /// Run only these experiments
@@ -47,7 +47,7 @@ struct Study {
 
 #[derive(Subcommand)]
 enum StudyCommand {
-    /// Make the report again from records, which may come from several machines
+    /// Generate the report from records, which may come from several machines
     Report {
         /// Folders written by a study, or their records.jsonl
         #[arg(required = true)]

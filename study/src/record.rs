@@ -148,7 +148,7 @@ impl Store {
         let (records, whole) = parse(&text, &file)?;
         anyhow::ensure!(
             whole > 0 || text.is_empty() || text.starts_with("{\"experiment\""),
-            "{}: no records are in it, and it would be replaced; take another folder",
+            "cannot use {}: it contains no records and would be overwritten; choose another folder",
             file.display()
         );
         store.records = records;
@@ -168,12 +168,16 @@ impl Store {
         let file = Self::file_of(place);
         let text = fs::read_to_string(&file).with_context(|| {
             format!(
-                "{}: a folder that `argil study` has written, or its {FILE}",
+                "cannot read {}: expected a folder written by `argil study`, or its {FILE}",
                 file.display()
             )
         })?;
         let (records, _) = parse(&text, &file)?;
-        anyhow::ensure!(!records.is_empty(), "{}: no record in it", file.display());
+        anyhow::ensure!(
+            !records.is_empty(),
+            "{}: contains no records",
+            file.display()
+        );
         Ok(records)
     }
 
@@ -250,7 +254,7 @@ fn parse(text: &str, file: &Path) -> anyhow::Result<(Vec<Record>, usize)> {
             continue;
         }
         let record: Record = serde_json::from_str(line)
-            .with_context(|| format!("{}:{}: no record", file.display(), number + 1))?;
+            .with_context(|| format!("{}:{}: not a record", file.display(), number + 1))?;
         match records.iter_mut().find(|known| known.is_same_case(&record)) {
             Some(known) => *known = record,
             None => records.push(record),

@@ -86,7 +86,10 @@ fn save(text: &str, out: &Path) -> anyhow::Result<()> {
     if let Some(folder) = out.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    let mut name = out.file_name().context("a file's name")?.to_owned();
+    let mut name = out
+        .file_name()
+        .context("the output path has no file name")?
+        .to_owned();
     name.push(".part");
     let beside = out.with_file_name(name);
     std::fs::write(&beside, text).with_context(|| beside.display().to_string())?;

@@ -202,18 +202,20 @@ fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) ->
 
 fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
     let [width, height] = drawn.size;
-    RgbImage::from_raw(width, height, drawn.rgb).context("the images have different sizes")
+    RgbImage::from_raw(width, height, drawn.rgb)
+        .context("the image data does not match the image size")
 }
 
 /// Converts an image for metrics and for storage.
 fn measured(own: &RgbImage) -> anyhow::Result<Rgb8Image> {
     let measured = Rgb8Image::new(own.dimensions().into(), own.as_raw().clone());
-    measured.context("the images have different sizes")
+    measured.context("the image data does not match the image size")
 }
 
 fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
     let [width, height] = own.size();
-    RgbImage::from_raw(width, height, own.rgb().to_vec()).context("the images have different sizes")
+    RgbImage::from_raw(width, height, own.rgb().to_vec())
+        .context("the image data does not match the image size")
 }
 
 fn picture(
@@ -324,7 +326,9 @@ fn surface_points(world: &World, count: u32) -> Vec<[f32; 3]> {
 }
 
 fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Result<()> {
-    let info = world.volume_info()?.context("no volume")?;
+    let info = world
+        .volume_info()?
+        .context("this configuration has no volume")?;
     let band = info.encoding.band.voxels() * info.voxel_grid.voxel_size;
     let (all, exact) = points(world, count);
     let volume = world

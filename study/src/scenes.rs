@@ -40,14 +40,17 @@ pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
     if let Some((name, text)) = SHIPPED.iter().find(|(own, _)| *own == name) {
         return Ok(Scene::from_json(text, format!("scenes/{name}.json"))?);
     }
-    let number = |text: &str| text.parse().with_context(|| format!("{name}: no scene"));
+    let number = |text: &str| {
+        text.parse()
+            .with_context(|| format!("unknown scene {name}"))
+    };
     if let Some(count) = name.strip_prefix("spheres-") {
         return spheres(number(count)?);
     }
     if let Some(count) = name.strip_prefix("crowd-") {
         return crowd(number(count)?);
     }
-    anyhow::ensure!(name == "center", "{name}: no scene");
+    anyhow::ensure!(name == "center", "unknown scene {name}");
     let mut scene = framed();
     scene.push(Brush::new(Shape::sphere(0.125)))?;
     Ok(scene)

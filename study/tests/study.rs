@@ -93,7 +93,7 @@ fn a_study_resumes_and_is_reported() {
         "data:image/png;base64,",
         "<svg",
         "argil bake scenes/teapot.json",
-        "8 bricks exist",
+        "the octree stores 8 bricks",
         "undecided",
     ] {
         assert!(page.contains(part), "{part}");
@@ -142,9 +142,9 @@ fn failures_are_reported_in_their_place() {
     let page = fs::read_to_string(out).expect("a page");
     for part in [
         "failed: no room for &lt;it&gt;",
-        "1 cases failed",
-        "hit_pixels should be from 1 to inf",
-        "3 samples, least 1.50",
+        "1 case failed",
+        "hit_pixels is missing, expected from 1 to inf",
+        "3 samples, min 1.50",
     ] {
         assert!(page.contains(part), "{part}");
     }

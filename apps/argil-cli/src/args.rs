@@ -1,14 +1,13 @@
 //! The command line.
 
+use crate::representation_parser::RepresentationsExcept;
 use argil::gpu::{BrickOrdering, DenseFill};
 use argil::mesh::UpAxis;
 use argil::render::{LookupStart, NormalSource, RenderMode};
 use argil::scene::CameraPose;
 use argil::volume::{BrickTest, SampleFormat};
 use argil::{Backend, MeshMethod, MeshNormals, Representation};
-use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// Malleable environments made of signed distance fields.
@@ -372,32 +371,6 @@ pub(crate) struct Devices {
     /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     pub json: bool,
-}
-
-/// Parses any representation. The help omits those that the command rejects with a message of its own.
-#[derive(Clone)]
-struct RepresentationsExcept(&'static [&'static str]);
-
-impl TypedValueParser for RepresentationsExcept {
-    type Value = Representation;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        argument: Option<&clap::Arg>,
-        value: &OsStr,
-    ) -> Result<Representation, clap::Error> {
-        EnumValueParser::<Representation>::new().parse_ref(command, argument, value)
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let hidden = self.0;
-        let all = Representation::value_variants();
-        let values = all.iter().filter_map(|via| via.to_possible_value());
-        Some(Box::new(
-            values.filter(move |value| !hidden.contains(&value.get_name())),
-        ))
-    }
 }
 
 fn bits(text: &str) -> Result<SampleFormat, String> {

@@ -16,6 +16,7 @@ mod output;
 mod progress;
 mod recover;
 mod render;
+mod representation_parser;
 mod schema;
 
 use args::{CliCommand, CommandLine};

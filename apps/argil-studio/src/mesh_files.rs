@@ -147,7 +147,7 @@ mod tests {
             };
             let (with, without) = (hit(&scene), hit(&lone));
             assert!(without > 50.0, "{without}");
-            // The lattice lies otherwise where the box is another.
+            // The voxel grid lies otherwise where the box is another.
             assert!(
                 (with - without).abs() < 0.1 * without,
                 "{pipeline:?}: {with} for {without}"

@@ -392,7 +392,7 @@ mod tests {
             let mut fresh = RenderWorker::new(Engine::cpu());
             fresh.load(edited.clone(), 0);
             let off = apart(&picture(&mut fresh, pipeline), &after);
-            // Its lattice may lie otherwise.
+            // Its voxel grid may lie otherwise.
             assert!(8 * off < shown, "{pipeline:?}: {off} of {shown}");
             painter.follow(&[Action::Undo]);
             let off = apart(&picture(&mut painter, pipeline), &before);

@@ -53,13 +53,13 @@ impl VolumeTables for DenseTables {
 
     fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume> {
         Box::pin(async move {
-            let (lattice, encoding) = (body.lattice, body.encoding);
+            let (voxel_grid, encoding) = (body.voxel_grid, body.encoding);
             let mut levels = Vec::new();
             for level in 0..body.texture.mip_level_count() {
-                let measures = (&lattice, encoding.format);
+                let measures = (&voxel_grid, encoding.format);
                 levels.push(read_level(gpu, &body.texture, measures, level).await?);
             }
-            let dense = Dense::from_levels(lattice, encoding, levels);
+            let dense = Dense::from_levels(voxel_grid, encoding, levels);
             Ok(Volume::Dense(dense.ok_or_else(GpuError::odd_volume)?))
         })
     }
@@ -77,28 +77,37 @@ impl Upload for Dense {
     fn upload<'a>(&'a self, field: &'a GpuProgram) -> Work<'a, GpuVolume> {
         Box::pin(async move {
             let gpu = field.gpu();
-            let (lattice, encoding) = (*self.lattice(), *self.encoding());
+            let (voxel_grid, encoding) = (*self.voxel_grid(), *self.encoding());
             let levels = self.levels().len() as u32;
-            let texture = texture(gpu, &lattice, encoding.format, levels)?;
+            let texture = texture(gpu, &voxel_grid, encoding.format, levels)?;
             for (level, texels) in (0..).zip(self.levels()) {
-                upload(gpu, &texture, &lattice, level, texels).await?;
+                upload(gpu, &texture, &voxel_grid, level, texels).await?;
             }
-            let words = dense_words(&lattice, &encoding, levels);
-            GpuVolume::new(field, (lattice, encoding), texture, DenseTables { words })
+            let words = dense_words(&voxel_grid, &encoding, levels);
+            GpuVolume::new(
+                field,
+                (voxel_grid, encoding),
+                texture,
+                DenseTables { words },
+            )
         })
     }
 }
 
 /// Returns the uniform of a dense volume.
-pub(super) fn dense_words(lattice: &VoxelGrid, encoding: &Encoding, levels: u32) -> DenseUniform {
+pub(super) fn dense_words(
+    voxel_grid: &VoxelGrid,
+    encoding: &Encoding,
+    levels: u32,
+) -> DenseUniform {
     DenseUniform {
-        corner: lattice.corner.to_array(),
-        band_width: encoding.band_width(lattice, 0),
-        extent: lattice.extent().to_array(),
-        voxel_size: lattice.voxel_size,
-        size_x: lattice.size.x,
-        size_y: lattice.size.y,
-        size_z: lattice.size.z,
+        corner: voxel_grid.corner.to_array(),
+        band_width: encoding.band_width(voxel_grid, 0),
+        extent: voxel_grid.extent().to_array(),
+        voxel_size: voxel_grid.voxel_size,
+        size_x: voxel_grid.size.x,
+        size_y: voxel_grid.size.y,
+        size_z: voxel_grid.size.z,
         levels,
         max_code: encoding.format.max_code(),
         ..DenseUniform::default()
@@ -113,14 +122,14 @@ impl GpuVolume {
     pub async fn dense(
         field: &GpuProgram,
         program: &Program,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         mips: bool,
         way: DenseFill,
     ) -> Result<(Self, StageTimings), GpuError> {
         let gpu = field.gpu();
-        let levels = Dense::level_count(program, &lattice, &encoding, mips);
-        let texture = texture(gpu, &lattice, encoding.format, levels)?;
+        let levels = Dense::level_count(program, &voxel_grid, &encoding, mips);
+        let texture = texture(gpu, &voxel_grid, encoding.format, levels)?;
         let side = tile_side(gpu, TILE);
         let source = [
             &argil_abi::wgsl(),
@@ -160,16 +169,21 @@ impl GpuVolume {
             way,
         };
         for level in 0..levels {
-            let size = lattice.level_size(level);
+            let size = voxel_grid.level_size(level);
             let fill = FillUniform {
                 tile: TILE,
-                ..encoding.fill_uniform(program, &lattice, level)
+                ..encoding.fill_uniform(program, &voxel_grid, level)
             };
             filling.level(&mut bake, level, size, fill).await?;
         }
         let stages = bake.finish().await?;
-        let words = dense_words(&lattice, &encoding, levels);
-        let volume = Self::new(field, (lattice, encoding), texture, DenseTables { words })?;
+        let words = dense_words(&voxel_grid, &encoding, levels);
+        let volume = Self::new(
+            field,
+            (voxel_grid, encoding),
+            texture,
+            DenseTables { words },
+        )?;
         Ok((volume, stages))
     }
 }

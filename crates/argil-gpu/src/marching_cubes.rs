@@ -312,18 +312,18 @@ fn measures(
     cut: &ClipUpdate<'_>,
     options: &SurfaceOptions,
 ) -> (Vec<u8>, u32, MarchingUniform) {
-    let (lattice, encoding) = (volume.lattice(), volume.encoding());
-    let quantum = encoding.band_width(lattice, 0) / encoding.format.max_code() as f32;
+    let (voxel_grid, encoding) = (volume.voxel_grid(), volume.encoding());
+    let quantum = encoding.band_width(voxel_grid, 0) / encoding.format.max_code() as f32;
     // Bricks have samples at the corners of voxels, and dense volumes at their centers.
-    let mut first = lattice.corner;
+    let mut first = voxel_grid.corner;
     let (words, units, side, codes) = match cut {
         ClipUpdate::Bricks(_, own) => {
             let words = bytemuck::bytes_of(*own).to_vec();
             (words, own.capacity, own.brick_size_voxels, own.table.cells)
         }
         ClipUpdate::Dense(own) => {
-            first += 0.5 * lattice.voxel_size;
-            let grid = (lattice.size - 1).max(UVec3::ONE).to_array();
+            first += 0.5 * voxel_grid.voxel_size;
+            let grid = (voxel_grid.size - 1).max(UVec3::ONE).to_array();
             let [grid_x, grid_y, grid_z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
             let words = DenseUniform {
                 grid_x,
@@ -336,15 +336,15 @@ fn measures(
         }
     };
     let marching = MarchingUniform {
-        first_voxel: first.extend(lattice.voxel_size).to_array(),
+        first_voxel: first.extend(voxel_grid.voxel_size).to_array(),
         iso: options.iso / quantum,
         quantum,
         // No more than rounding requires, because a world may be wide.
-        bias: (0.05 * lattice.voxel_size).max(
-            1e-4 * lattice
+        bias: (0.05 * voxel_grid.voxel_size).max(
+            1e-4 * voxel_grid
                 .extent()
                 .max_element()
-                .min(MAX_SIDE * lattice.voxel_size),
+                .min(MAX_SIDE * voxel_grid.voxel_size),
         ),
         units,
         side,

@@ -39,7 +39,7 @@ impl Gpu {
     /// # Errors
     /// Always: this program was compiled without GPU support.
     pub async fn open() -> Result<Self, GpuError> {
-        Err(GpuError::LeftOut)
+        Err(GpuError::NotCompiled)
     }
 
     /// Describes the device.
@@ -203,19 +203,19 @@ impl GpuVolume {
         /// Describes the volume.
         info(&Gpu) -> VolumeInfo;
         /// Downloads the volume.
-        read(&Gpu) -> Volume;
+        download(&Gpu) -> Volume;
         /// Extracts the surface.
         march(&GpuProgram, &SurfaceOptions) -> (GpuMesh, StageTimings);
         /// Waits for edits.
-        settle(&Gpu) -> EditStats;
+        flush(&Gpu) -> EditStats;
         /// Frees unused memory.
-        trim(&GpuProgram) -> ();
+        shrink_to_fit(&GpuProgram) -> ();
         /// Submits edits.
         edit(&GpuProgram, &IncrementalProgram, &mut dyn PendingEdits, Option<u64>, Option<Duration>) -> ();
     }
 
     /// Returns the voxel grid.
-    pub fn lattice(&self) -> &VoxelGrid {
+    pub fn voxel_grid(&self) -> &VoxelGrid {
         match *self {}
     }
 
@@ -264,7 +264,7 @@ impl GpuMesh {
 
     never! {
         /// Downloads the triangles.
-        read(&Gpu) -> Mesh;
+        download(&Gpu) -> Mesh;
         /// Renders.
         render(&GpuProgram, &[FrameUniform], bool) -> (RenderOutput, f64);
     }

@@ -88,7 +88,7 @@ impl VolumeTables for OctreeTables {
     fn read<'a>(&'a self, body: &'a VolumeStorage, gpu: &'a Gpu) -> Work<'a, Volume> {
         Box::pin(async move {
             let tree = self.read_tree(gpu).await?;
-            let measures = (&body.lattice, body.encoding.format);
+            let measures = (&body.voxel_grid, body.encoding.format);
             let texels = read_level(gpu, &body.texture, measures, 0).await?;
             let octree = Octree::from_parts(self.layout, tree, texels);
             Ok(Volume::Octree(octree.ok_or_else(GpuError::odd_volume)?))
@@ -171,12 +171,12 @@ impl OctreeTables {
 
 /// Returns the uniform for rays, which does not depend on the program.
 fn octree_words(layout: &OctreeLayout) -> OctreeUniform {
-    let lattice = &layout.voxel_grid;
+    let voxel_grid = &layout.voxel_grid;
     OctreeUniform {
-        corner: lattice.corner.to_array(),
-        band_width: layout.encoding.band_width(lattice, 0),
-        extent: lattice.extent().to_array(),
-        voxel_size: lattice.voxel_size,
+        corner: voxel_grid.corner.to_array(),
+        band_width: layout.encoding.band_width(voxel_grid, 0),
+        extent: voxel_grid.extent().to_array(),
+        voxel_size: voxel_grid.voxel_size,
         grid_x: layout.size_bricks.x,
         grid_y: layout.size_bricks.y,
         grid_z: layout.size_bricks.z,

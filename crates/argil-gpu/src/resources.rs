@@ -27,11 +27,11 @@ pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
 /// Creates an empty texture for a voxel grid that shaders can write and filter.
 pub(crate) fn texture(
     gpu: &Gpu,
-    lattice: &VoxelGrid,
+    voxel_grid: &VoxelGrid,
     bits: SampleFormat,
     levels: u32,
 ) -> Result<wgpu::Texture, GpuError> {
-    let size = extent(lattice.size.x, lattice.size.y, lattice.size.z);
+    let size = extent(voxel_grid.size.x, voxel_grid.size.y, voxel_grid.size.z);
     texture_of(gpu, size, bits, levels)
 }
 
@@ -81,11 +81,11 @@ pub(crate) fn extent(width: u32, height: u32, depth_or_array_layers: u32) -> wgp
 pub(crate) async fn upload(
     gpu: &Gpu,
     texture: &wgpu::Texture,
-    lattice: &VoxelGrid,
+    voxel_grid: &VoxelGrid,
     level: u32,
     texels: &Texels,
 ) -> Result<(), GpuError> {
-    let size = lattice.level_size(level);
+    let size = voxel_grid.level_size(level);
     let row = size.x as usize * texels.bits().bytes();
     let layer_bytes = row * size.y as usize;
     let layers = (STAGING_BYTES as usize / layer_bytes).clamp(1, size.z as usize);
@@ -179,10 +179,10 @@ pub(crate) async fn read_texels(
 pub(crate) async fn read_level(
     gpu: &Gpu,
     texture: &wgpu::Texture,
-    (lattice, bits): (&VoxelGrid, SampleFormat),
+    (voxel_grid, bits): (&VoxelGrid, SampleFormat),
     level: u32,
 ) -> Result<Texels, GpuError> {
-    let size = lattice.level_size(level);
+    let size = voxel_grid.level_size(level);
     let layer_bytes = (size.x * size.y) as u64 * bits.bytes() as u64;
     let mut bytes = Vec::with_capacity((layer_bytes * u64::from(size.z)) as usize);
     // Some layers at a time, because a buffer has limits.

@@ -102,7 +102,7 @@ pub(crate) enum ClipUpdate<'a> {
 /// What every volume has on the device.
 #[derive(Debug)]
 pub(crate) struct VolumeStorage {
-    pub lattice: VoxelGrid,
+    pub voxel_grid: VoxelGrid,
     pub encoding: Encoding,
     pub texture: wgpu::Texture,
     view: wgpu::TextureView,
@@ -125,7 +125,7 @@ impl VolumeStorage {
     /// Returns the bytes of a texture with the grid's size, including levels.
     pub(crate) fn texture_bytes(&self) -> u64 {
         (0..self.texture.mip_level_count())
-            .map(|level| self.lattice.texel_count(level) * self.texel_bytes())
+            .map(|level| self.voxel_grid.texel_count(level) * self.texel_bytes())
             .sum()
     }
 }
@@ -163,7 +163,7 @@ impl GpuVolume {
         })?;
         Ok(Self {
             body: VolumeStorage {
-                lattice: voxel_grid,
+                voxel_grid,
                 encoding,
                 texture,
                 view,
@@ -198,8 +198,8 @@ impl GpuVolume {
     }
 
     /// Returns the voxel grid.
-    pub fn lattice(&self) -> &VoxelGrid {
-        &self.body.lattice
+    pub fn voxel_grid(&self) -> &VoxelGrid {
+        &self.body.voxel_grid
     }
 
     /// Returns the format and band of samples.
@@ -213,7 +213,7 @@ impl GpuVolume {
     /// If the device fails.
     pub async fn info(&self, gpu: &Gpu) -> Result<VolumeInfo, GpuError> {
         let body = &self.body;
-        let mut info = VolumeInfo::new(body.lattice, body.encoding, self.memory_bytes());
+        let mut info = VolumeInfo::new(body.voxel_grid, body.encoding, self.memory_bytes());
         info.levels = body.texture.mip_level_count();
         self.kind.info(info, gpu).await
     }

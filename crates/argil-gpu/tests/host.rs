@@ -150,10 +150,10 @@ fn a_custom_shader_hits_the_fields_surface() {
         let path = format!("{}/../../scenes/{name}.json", env!("CARGO_MANIFEST_DIR"));
         let scene = Scene::open(path).expect("a scene that ships");
         let program = Program::lower(&scene).expect("a program");
-        let lattice = VoxelGrid::fitting(program.aabb(), None, 192).expect("a lattice");
-        let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+        let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 192).expect("a voxel grid");
+        let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
         let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
-        let held = lattice.aabb();
+        let held = voxel_grid.aabb();
         let (center, size) = (held.center(), held.half_diagonal());
         let mut rays = Vec::new();
         for i in 0..900u32 {
@@ -171,7 +171,7 @@ fn a_custom_shader_hits_the_fields_surface() {
                 let p = origin + t * direction;
                 let normal = program.gradient(p).1.try_normalize()?;
                 let aside = normal.any_orthonormal_vector() + 0.1 * normal;
-                Some([p + 2.5 * lattice.voxel_size * normal, aside.normalize()])
+                Some([p + 2.5 * voxel_grid.voxel_size * normal, aside.normalize()])
             })
             .take(250)
             .collect();
@@ -184,14 +184,16 @@ fn a_custom_shader_hits_the_fields_surface() {
             if is_hit {
                 hits += 1;
                 let d = program.distance(ray[0] + found * ray[1]);
-                let most = 0.75 * lattice.voxel_size;
+                let most = 0.75 * voxel_grid.voxel_size;
                 assert!(d.abs() < most, "{name} {ray:?}: {found}, {d} of {most}");
             }
             match exact {
-                Some(t) if is_hit => odd += u32::from((t - found).abs() > 2.0 * lattice.voxel_size),
+                Some(t) if is_hit => {
+                    odd += u32::from((t - found).abs() > 2.0 * voxel_grid.voxel_size)
+                }
                 Some(_) => odd += 1,
                 // Past an edge, within what bricks tell.
-                None if is_hit => assert!(least < 0.75 * lattice.voxel_size, "{name} {ray:?}"),
+                None if is_hit => assert!(least < 0.75 * voxel_grid.voxel_size, "{name} {ray:?}"),
                 None => {}
             }
         }

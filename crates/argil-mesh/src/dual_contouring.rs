@@ -26,7 +26,7 @@ const RIM: f32 = -0.1;
 
 /// Returns the dual mesh of a surface whose vertices were [projected](crate::project_to_field::project_to_field),
 /// without normals.
-pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) -> Mesh {
+pub fn contour(voxel_grid: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) -> Mesh {
     let MarchedMesh {
         mesh,
         groups,
@@ -42,8 +42,8 @@ pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) ->
                 .map(|&v| (mesh.positions[v as usize], mesh.normals[v as usize]));
             let met = meet(planes);
             let first = rings.cells[ring].as_vec3();
-            let low = lattice.corner + lattice.voxel_size * (first + RIM);
-            let high = lattice.corner + lattice.voxel_size * (first + 1.0 - RIM);
+            let low = voxel_grid.corner + voxel_grid.voxel_size * (first + RIM);
+            let high = voxel_grid.corner + voxel_grid.voxel_size * (first + 1.0 - RIM);
             met.clamp(low, high)
         })
         .collect();
@@ -73,7 +73,7 @@ pub fn contour(lattice: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) ->
             begin = end;
         }
     }
-    edge_crossing(lattice, rings, &triangles, &mut positions);
+    edge_crossing(voxel_grid, rings, &triangles, &mut positions);
     Mesh {
         positions,
         triangles,
@@ -87,7 +87,7 @@ const PARTING: f32 = 1e-3;
 /// Moves the vertices of degenerate triangles apart, because cells that share a corner of the solid can have their
 /// vertices at one place.
 fn edge_crossing(
-    lattice: &VoxelGrid,
+    voxel_grid: &VoxelGrid,
     rings: &CellLoops,
     triangles: &[[u32; 3]],
     positions: &mut [Vec3],
@@ -102,7 +102,7 @@ fn edge_crossing(
     corners.dedup();
     for corner in corners {
         let cell = rings.cells[corner as usize].as_vec3() + 0.5;
-        let middle = lattice.corner + lattice.voxel_size * cell;
+        let middle = voxel_grid.corner + voxel_grid.voxel_size * cell;
         let place = &mut positions[corner as usize];
         *place = place.lerp(middle, PARTING);
     }

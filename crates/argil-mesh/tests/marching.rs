@@ -26,12 +26,12 @@ fn blend() -> Program {
 }
 
 /// Samples the field at the corners of voxels.
-fn corners(program: &Program, lattice: &VoxelGrid) -> (Grid, Vec<f32>) {
+fn corners(program: &Program, voxel_grid: &VoxelGrid) -> (Grid, Vec<f32>) {
     let grid = Grid {
-        min: lattice.corner,
-        spacing: Vec3::splat(lattice.voxel_size),
+        min: voxel_grid.corner,
+        spacing: Vec3::splat(voxel_grid.voxel_size),
         begin: UVec3::ZERO,
-        size: lattice.size + 1,
+        size: voxel_grid.size + 1,
     };
     let mut d = vec![0.0; grid.layer_len() * grid.size.z as usize];
     program.distances(&grid, &mut d);
@@ -39,12 +39,12 @@ fn corners(program: &Program, lattice: &VoxelGrid) -> (Grid, Vec<f32>) {
 }
 
 fn baked(program: &Program, resolution: u32, brick: u32) -> Bricks {
-    let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a voxel grid");
     let settings = BrickSettings {
         brick_size_voxels: brick,
         ..BrickSettings::default()
     };
-    let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+    let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
     Bricks::bake(program, layout, None).expect("bricks").0
 }
 
@@ -109,14 +109,14 @@ fn bricks_and_a_dense_grid_have_the_same_surface() {
 #[test]
 fn normals_and_triangles_point_outwards() {
     let program = blend();
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 80).expect("a lattice");
-    let (grid, d) = corners(&program, &lattice);
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 80).expect("a voxel grid");
+    let (grid, d) = corners(&program, &voxel_grid);
     let mesh = dense::march(&d, &grid, 0.0, true);
     let report = MeshReport::of(&mesh);
     assert!(report.volume > 0.1, "{report:?}");
     for (&p, &n) in mesh.positions.iter().zip(&mesh.normals) {
         let (d, gradient) = program.gradient(p);
-        assert!(d.abs() < 0.3 * lattice.voxel_size, "{d} at {p}");
+        assert!(d.abs() < 0.3 * voxel_grid.voxel_size, "{d} at {p}");
         assert!(gradient.normalize().dot(n) > 0.6, "{gradient} {n} at {p}");
     }
 }
@@ -131,12 +131,12 @@ fn edges_and_corners_come_out_sharp() {
         .push(Brush::new(shape).rotated(axis, degrees))
         .expect("a brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 48).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 48).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let (mut marched, rings) = bricks::march_with_loops(&bricks);
     project_to_field::project_to_field(&program, &lists, &mut marched);
-    let dual = dual_contouring::contour(&lattice, &marched, &rings);
+    let dual = dual_contouring::contour(&voxel_grid, &marched, &rings);
 
     let (soft, sharp) = (MeshReport::of(&marched.mesh), MeshReport::of(&dual));
     assert!(
@@ -190,12 +190,12 @@ fn dual_meshes_of_noise_close() {
             .expect("a brush");
     }
     let program = Program::lower(&scene).expect("a program");
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 60).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 60).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let (mut marched, rings) = bricks::march_with_loops(&bricks);
     project_to_field::project_to_field(&program, &lists, &mut marched);
-    let report = MeshReport::of(&dual_contouring::contour(&lattice, &marched, &rings));
+    let report = MeshReport::of(&dual_contouring::contour(&voxel_grid, &marched, &rings));
     let soft = MeshReport::of(&marched.mesh);
     assert!(
         soft.is_watertight() && report.is_watertight(),
@@ -279,8 +279,8 @@ fn normals_at_creases_are_turned_outwards() {
     scene.push(slab(24.0)).expect("a brush");
     scene.push(slab(70.0).subtract()).expect("a brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 48).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 48).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let mut marched = bricks::march(&bricks);
     project_to_field::project_to_field(&program, &lists, &mut marched);
@@ -322,13 +322,14 @@ fn dual_meshes_have_no_flat_triangles() {
                 scene.push(brush).expect("a brush");
             }
             let program = Program::lower(&scene).expect("a program");
-            let lattice = VoxelGrid::fitting(program.aabb(), None, resolution).expect("a lattice");
-            let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+            let voxel_grid =
+                VoxelGrid::fitting(program.aabb(), None, resolution).expect("a voxel grid");
+            let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
             let (bricks, lists, _) =
                 Bricks::bake_with_programs(&program, layout, None).expect("bricks");
             let (mut marched, rings) = bricks::march_with_loops(&bricks);
             project_to_field::project_to_field(&program, &lists, &mut marched);
-            let report = MeshReport::of(&dual_contouring::contour(&lattice, &marched, &rings));
+            let report = MeshReport::of(&dual_contouring::contour(&voxel_grid, &marched, &rings));
             assert!(report.is_watertight(), "{resolution}: {report:?}");
             assert_eq!(
                 report.degenerate_triangles, 0,

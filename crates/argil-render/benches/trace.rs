@@ -56,10 +56,10 @@ fn main() {
         ..settings
     };
     let frame = frame_uniforms(&of_field, &camera, &program, None, focus);
-    let lattice = VoxelGrid::covering(focus, 512).expect("a lattice");
-    let layout = BrickLayout::new(lattice, &BrickSettings::default()).expect("a layout");
+    let voxel_grid = VoxelGrid::covering(focus, 512).expect("a voxel grid");
+    let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
-    let through_bricks = frame_uniforms(&settings, &camera, &program, Some(&lattice), focus);
+    let through_bricks = frame_uniforms(&settings, &camera, &program, Some(&voxel_grid), focus);
 
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new()

@@ -34,7 +34,7 @@ enum DenseRays<'a> {
 
 impl RenderSource for Dense {
     fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
-        let range = self.encoding().band_width(self.lattice(), 0);
+        let range = self.encoding().band_width(self.voxel_grid(), 0);
         let rays = match self.encoding().format {
             SampleFormat::Snorm8 => DenseRays::Eight(MipSampler::new(self)?, range),
             SampleFormat::Snorm16 => DenseRays::Sixteen(MipSampler::new(self)?, range),

@@ -108,7 +108,7 @@ pub fn frame_uniforms(
     settings: &RenderSettings,
     camera: &Camera,
     program: &Program,
-    lattice: Option<&VoxelGrid>,
+    voxel_grid: Option<&VoxelGrid>,
     focus: Aabb,
 ) -> Vec<FrameUniform> {
     let (focus, radius) = finite(focus);
@@ -117,7 +117,9 @@ pub fn frame_uniforms(
     let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
     let half_width = half_height * width as f32 / height as f32;
     let own = |of_radius: f32, of_voxel: f32| {
-        lattice.map_or(of_radius * radius, |lattice| of_voxel * lattice.voxel_size)
+        voxel_grid.map_or(of_radius * radius, |voxel_grid| {
+            of_voxel * voxel_grid.voxel_size
+        })
     };
     let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
     let normal_bias = settings
@@ -128,9 +130,9 @@ pub fn frame_uniforms(
         });
     // Light is gathered above the surface, because a volume's surface is not quite the field's, which casts the
     // shadows.
-    let lift = lattice.map_or(8.0 * epsilon, |lattice| 1.5 * lattice.voxel_size);
+    let lift = voxel_grid.map_or(8.0 * epsilon, |voxel_grid| 1.5 * voxel_grid.voxel_size);
     let solid = program.aabb();
-    let bounds = ray_box(settings.mode, solid, lattice, epsilon);
+    let bounds = ray_box(settings.mode, solid, voxel_grid, epsilon);
     let ground_y = if solid.is_finite() {
         solid.min.y
     } else {
@@ -190,13 +192,15 @@ pub fn frame_uniforms(
 
 /// Returns the box that rays are cut to: the solid's, a little larger, because a ray should not start within
 /// epsilon of a flat side. An empty scene returns a box that no ray meets.
-fn ray_box(show: RenderMode, solid: Aabb, lattice: Option<&VoxelGrid>, epsilon: f32) -> Aabb {
-    let margin = lattice.map_or(4.0 * epsilon, |lattice| MARGIN_VOXELS * lattice.voxel_size);
-    let held = lattice.map_or(Aabb::ALL, VoxelGrid::aabb);
+fn ray_box(show: RenderMode, solid: Aabb, voxel_grid: Option<&VoxelGrid>, epsilon: f32) -> Aabb {
+    let margin = voxel_grid.map_or(4.0 * epsilon, |voxel_grid| {
+        MARGIN_VOXELS * voxel_grid.voxel_size
+    });
+    let held = voxel_grid.map_or(Aabb::ALL, VoxelGrid::aabb);
     let shows_boxes = matches!(show, RenderMode::Bricks | RenderMode::Nodes);
     let bounds = if solid.is_empty() {
         NOWHERE
-    } else if shows_boxes && lattice.is_some() {
+    } else if shows_boxes && voxel_grid.is_some() {
         // Bricks extend beyond their contents.
         held
     } else {

@@ -26,8 +26,8 @@ fn main() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
     let scene = Scene::open(path).expect("the scene ships with the project");
     let program = Program::lower(&scene).expect("the scene can be lowered");
-    let lattice = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 256).expect("a lattice");
-    let grid = lattice.grid(0);
+    let voxel_grid = VoxelGrid::covering(Aabb::centered(Vec3::ONE), 256).expect("a voxel grid");
+    let grid = voxel_grid.grid(0);
     let mut field = vec![0.0f32; 256 * 256 * 256];
     let encoding = Encoding::default();
     for threads in [1, 2] {
@@ -39,18 +39,18 @@ fn main() {
         for _ in 0..ROUNDS {
             of_field.push(ms(|| pool.install(|| program.distances(&grid, &mut field))));
             let bake =
-                |mips| pool.install(|| Dense::bake_unpruned(&program, lattice, encoding, mips));
+                |mips| pool.install(|| Dense::bake_unpruned(&program, voxel_grid, encoding, mips));
             let mut dense = None;
             of_dense.push(ms(|| dense = Some(bake(false))));
             of_mips.push(ms(|| drop(bake(true))));
-            let bake = || pool.install(|| Dense::bake(&program, lattice, encoding, false));
+            let bake = || pool.install(|| Dense::bake(&program, voxel_grid, encoding, false));
             let mut pruned = None;
             of_pruned.push(ms(|| pruned = Some(bake())));
             assert!(pruned == dense, "pruning changes no texel");
             let inside = field.iter().filter(|&&d| d < 0.0).count();
             assert_eq!(inside, EXPECTED_INSIDE);
             // Stored distances round to 0 next to the surface: as many as the field puts below half a step.
-            let step = encoding.band_width(&lattice, 0) / 127.0;
+            let step = encoding.band_width(&voxel_grid, 0) / 127.0;
             let below = field.iter().filter(|&&d| d < -0.5 * step).count();
             let texels = dense.expect("it was baked");
             let texels = texels.levels()[0].bytes();
@@ -73,7 +73,7 @@ fn main() {
             brick_size_voxels: brick,
             ..OctreeSettings::default()
         };
-        let layout = OctreeLayout::new(lattice, &settings).expect("a layout");
+        let layout = OctreeLayout::new(voxel_grid, &settings).expect("a layout");
         let mut times: Vec<f64> = (0..ROUNDS)
             .map(|_| ms(|| drop(Octree::bake(&program, layout, settings.brick_test))))
             .collect();

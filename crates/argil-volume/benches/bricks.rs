@@ -30,10 +30,11 @@ fn main() {
             .bounds
             .map(|[min, max]| Aabb::new(min.into(), max.into()));
         for resolution in [256, 512, 1024] {
-            let lattice = VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a lattice");
-            let dense = Dense::bytes_of(&lattice, SampleFormat::Snorm8, false);
+            let voxel_grid =
+                VoxelGrid::fitting(program.aabb(), frame, resolution).expect("a voxel grid");
+            let dense = Dense::bytes_of(&voxel_grid, SampleFormat::Snorm8, false);
             let settings = BrickSettings::default();
-            let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+            let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
             let mut all: Vec<(f64, BrickTimings)> = Vec::new();
             let mut kept = None;
             for _ in 0..7 {
@@ -53,7 +54,7 @@ fn main() {
             let narrow = bytes - bricks.pool().bytes().len() as u64 / 2;
             println!(
                 "{path} {:?}: {ms:.2} ms ({:.2}, {:.2}, {:.2}), {} bricks, {:.2} MB: 1/{:.1} of dense, with 8 bits 1/{:.1}",
-                lattice.size.to_array(),
+                voxel_grid.size.to_array(),
                 stages.prune,
                 stages.fill,
                 stages.settle,

@@ -45,9 +45,9 @@ pub struct Dense {
 
 impl Dense {
     /// Bakes all levels from a field with pruned programs, on rayon's current threads.
-    pub fn bake(program: &Program, lattice: VoxelGrid, encoding: Encoding, mips: bool) -> Self {
+    pub fn bake(program: &Program, voxel_grid: VoxelGrid, encoding: Encoding, mips: bool) -> Self {
         let how = (true, &Control::default());
-        Self::bake_with(program, lattice, encoding, mips, how)
+        Self::bake_with(program, voxel_grid, encoding, mips, how)
     }
 
     /// Bakes as [`Dense::bake`] does, reports progress as the stage "layers", and can be canceled. Returns `None`
@@ -66,12 +66,12 @@ impl Dense {
     /// Bakes the same samples without pruning, as a reference for tests.
     pub fn bake_unpruned(
         program: &Program,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         mips: bool,
     ) -> Self {
         let how = (false, &Control::default());
-        Self::bake_with(program, lattice, encoding, mips, how)
+        Self::bake_with(program, voxel_grid, encoding, mips, how)
     }
 
     fn bake_with(
@@ -101,16 +101,16 @@ impl Dense {
     /// Creates a volume from stored levels. Returns `None` if there are none, or if a level's size does not match
     /// the grid.
     pub fn from_levels(
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         levels: Vec<Texels>,
     ) -> Option<Self> {
         let fits = |(level, texels): (usize, &Texels)| {
-            let bytes = lattice.texel_count(level as u32) * encoding.format.bytes() as u64;
+            let bytes = voxel_grid.texel_count(level as u32) * encoding.format.bytes() as u64;
             texels.bits() == encoding.format && texels.bytes().len() as u64 == bytes
         };
         (!levels.is_empty() && levels.iter().enumerate().all(fits)).then_some(Self {
-            voxel_grid: lattice,
+            voxel_grid,
             encoding,
             levels,
         })
@@ -120,30 +120,39 @@ impl Dense {
     /// longest side.
     pub fn level_count(
         program: &Program,
-        lattice: &VoxelGrid,
+        voxel_grid: &VoxelGrid,
         encoding: &Encoding,
         mips: bool,
     ) -> u32 {
-        let most = if mips { Self::max_levels(lattice) } else { 1 };
-        let tells =
-            |&level: &u32| encoding.fill_uniform(program, lattice, level).first_bias[3] < f32::MAX;
+        let most = if mips {
+            Self::max_levels(voxel_grid)
+        } else {
+            1
+        };
+        let tells = |&level: &u32| {
+            encoding.fill_uniform(program, voxel_grid, level).first_bias[3] < f32::MAX
+        };
         1 + (1..most).take_while(tells).count() as u32
     }
 
     /// Returns the maximum number of levels.
-    pub fn max_levels(lattice: &VoxelGrid) -> u32 {
-        (lattice.size.max_element() / COARSEST).max(1).ilog2() + 1
+    pub fn max_levels(voxel_grid: &VoxelGrid) -> u32 {
+        (voxel_grid.size.max_element() / COARSEST).max(1).ilog2() + 1
     }
 
     /// Returns the maximum bytes of a volume before it is baked.
-    pub fn bytes_of(lattice: &VoxelGrid, bits: SampleFormat, mips: bool) -> u64 {
-        (0..if mips { Self::max_levels(lattice) } else { 1 })
-            .map(|level| lattice.texel_count(level) * bits.bytes() as u64)
+    pub fn bytes_of(voxel_grid: &VoxelGrid, bits: SampleFormat, mips: bool) -> u64 {
+        (0..if mips {
+            Self::max_levels(voxel_grid)
+        } else {
+            1
+        })
+            .map(|level| voxel_grid.texel_count(level) * bits.bytes() as u64)
             .sum()
     }
 
     /// Returns the voxel grid.
-    pub fn lattice(&self) -> &VoxelGrid {
+    pub fn voxel_grid(&self) -> &VoxelGrid {
         &self.voxel_grid
     }
 
@@ -175,14 +184,14 @@ impl Dense {
     /// unsigned distance on the others, if above 0. Returns `None` if the level does not exist.
     pub fn distance(&self, level: u32, point: Vec3) -> Option<f32> {
         let texels = self.levels.get(level as usize)?;
-        let (lattice, encoding) = (&self.voxel_grid, &self.encoding);
+        let (voxel_grid, encoding) = (&self.voxel_grid, &self.encoding);
         match encoding.format {
             SampleFormat::Snorm8 => {
-                let sampler = Sampler::<i8>::new(texels.of()?, lattice, encoding, level)?;
+                let sampler = Sampler::<i8>::new(texels.of()?, voxel_grid, encoding, level)?;
                 Some(sampler.distance(point))
             }
             SampleFormat::Snorm16 => {
-                let sampler = Sampler::<i16>::new(texels.of()?, lattice, encoding, level)?;
+                let sampler = Sampler::<i16>::new(texels.of()?, voxel_grid, encoding, level)?;
                 Some(sampler.distance(point))
             }
         }
@@ -191,18 +200,18 @@ impl Dense {
 
 fn bake_level<T: Texel>(
     program: &Program,
-    lattice: &VoxelGrid,
+    voxel_grid: &VoxelGrid,
     encoding: &Encoding,
     level: u32,
     (pruned, control): (bool, &Control),
 ) -> Texels {
-    let words = encoding.fill_uniform(program, lattice, level);
-    let grid = lattice.grid(level);
+    let words = encoding.fill_uniform(program, voxel_grid, level);
+    let grid = voxel_grid.grid(level);
     if pruned {
         return bake_level::sample::<T>(program, &grid, &words, &|_| None, control);
     }
     let xs = grid.coordinates(0);
-    let mut texels = vec![T::default(); lattice.texel_count(level) as usize];
+    let mut texels = vec![T::default(); voxel_grid.texel_count(level) as usize];
     texels
         .par_chunks_mut(grid.layer_len())
         .enumerate()

@@ -72,8 +72,8 @@ pub struct Encoding {
 
 impl Encoding {
     /// Returns the band's width on a level, in the scene's unit.
-    pub fn band_width(&self, lattice: &VoxelGrid, level: u32) -> f32 {
-        self.band.voxels() * lattice.voxel_size * (1u32 << level.min(31)) as f32
+    pub fn band_width(&self, voxel_grid: &VoxelGrid, level: u32) -> f32 {
+        self.band.voxels() * voxel_grid.voxel_size * (1u32 << level.min(31)) as f32
     }
 
     /// Returns the parameters for sampling a level, without layers and tiles.
@@ -81,18 +81,23 @@ impl Encoding {
     /// Level 0 stores signed distances. The others store a lower bound: the unsigned distance, minus what it can
     /// change within half of a cell's diagonal, minus rounding. After interpolation it never exceeds the distance.
     /// A value of 0 or less carries no information.
-    pub fn fill_uniform(&self, program: &Program, lattice: &VoxelGrid, level: u32) -> FillUniform {
-        let grid = lattice.grid(level);
+    pub fn fill_uniform(
+        &self,
+        program: &Program,
+        voxel_grid: &VoxelGrid,
+        level: u32,
+    ) -> FillUniform {
+        let grid = voxel_grid.grid(level);
         let bias = if level == 0 {
             0.0
         } else {
             let cell = argil_math::Aabb::centered(grid.spacing * 0.5);
-            let slack = program.bound_error(lattice.aabb());
+            let slack = program.bound_error(voxel_grid.aabb());
             // A hardware filter has weights of eight bits.
             let bias = 1.01 * program.lipschitz() * cell.half_diagonal() + slack;
             // Clamped from below, the stored value would be too large, so a level with such a narrow band stores
             // nothing.
-            if bias < self.band_width(lattice, level) {
+            if bias < self.band_width(voxel_grid, level) {
                 bias
             } else {
                 f32::MAX
@@ -103,7 +108,12 @@ impl Encoding {
         let quanta = self.format.max_code();
         FillUniform {
             first_bias: [fx, fy, fz, bias],
-            spacing_scale: [sx, sy, sz, quanta as f32 / self.band_width(lattice, level)],
+            spacing_scale: [
+                sx,
+                sy,
+                sz,
+                quanta as f32 / self.band_width(voxel_grid, level),
+            ],
             size_x: grid.size.x,
             size_y: grid.size.y,
             size_z: grid.size.z,

@@ -30,10 +30,10 @@ pub struct MipSampler<'a, T: Texel> {
 impl<'a, T: Texel> MipSampler<'a, T> {
     /// Creates a sampler. Returns `None` if the samples have another type.
     pub fn new(dense: &'a Dense) -> Option<Self> {
-        let (lattice, encoding) = (dense.lattice(), dense.encoding());
+        let (voxel_grid, encoding) = (dense.voxel_grid(), dense.encoding());
         let count = dense.levels().len();
         // Indices must be exact as `f32`.
-        if count > MAX_LEVELS || lattice.size.max_element() > *RESOLUTION_RANGE.end() {
+        if count > MAX_LEVELS || voxel_grid.size.max_element() > *RESOLUTION_RANGE.end() {
             return None;
         }
         let mut all = Self {
@@ -43,13 +43,13 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             last_pair: [[0.0; MAX_LEVELS]; 3],
             stride: [[0; MAX_LEVELS]; 2],
             quantum: [0.0; MAX_LEVELS],
-            corner: lattice.corner.to_array(),
+            corner: voxel_grid.corner.to_array(),
             count,
         };
         for (k, texels) in dense.levels().iter().enumerate() {
-            let size = lattice.level_size(k as u32);
+            let size = voxel_grid.level_size(k as u32);
             let texels = texels.of::<T>()?;
-            if texels.is_empty() || texels.len() as u64 != lattice.texel_count(k as u32) {
+            if texels.is_empty() || texels.len() as u64 != voxel_grid.texel_count(k as u32) {
                 return None;
             }
             // Samples are read in pairs along x, so a single one needs another after it.
@@ -58,7 +58,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             } else {
                 Cow::Owned([texels, &[T::default()]].concat())
             };
-            let per_unit = size.as_vec3() / lattice.extent();
+            let per_unit = size.as_vec3() / voxel_grid.extent();
             for axis in 0..3 {
                 let n = size[axis];
                 all.per_unit[axis][k] = per_unit[axis];
@@ -69,7 +69,7 @@ impl<'a, T: Texel> MipSampler<'a, T> {
             all.stride[0][k] = if ny > 1 { nx } else { 0 };
             all.stride[1][k] = if nz > 1 { nx * ny } else { 0 };
             all.quantum[k] =
-                encoding.band_width(lattice, k as u32) / encoding.format.max_code() as f32;
+                encoding.band_width(voxel_grid, k as u32) / encoding.format.max_code() as f32;
         }
         Some(all)
     }
@@ -214,12 +214,12 @@ mod tests {
             (Aabb::centered(Vec3::ONE), SampleFormat::Snorm8),
             (flat, SampleFormat::Snorm16),
         ] {
-            let lattice = VoxelGrid::covering(region, 37).expect("a lattice");
+            let voxel_grid = VoxelGrid::covering(region, 37).expect("a voxel grid");
             let encoding = Encoding {
                 format: bits,
                 ..Encoding::default()
             };
-            let dense = Dense::bake(&program, lattice, encoding, true);
+            let dense = Dense::bake(&program, voxel_grid, encoding, true);
             let count = dense.levels().len();
             let at = |i: usize, k: usize| {
                 let share = (i * (k * 2 + 3) * 977 % 10_007) as f32 / 10_007.0;

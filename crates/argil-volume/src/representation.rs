@@ -71,7 +71,7 @@ pub trait VolumeKind: Sized + Send + Sync {
     fn file_parts(&self) -> FilePart<'_>;
 
     /// Whether a file of a version can have such a grid.
-    fn fits_file(lattice: &VoxelGrid, version: u32) -> bool;
+    fn fits_file(voxel_grid: &VoxelGrid, version: u32) -> bool;
 
     /// Reads a volume from a file with a valid grid and encoding, and the three numbers of [`FilePart::own`].
     ///
@@ -79,7 +79,7 @@ pub trait VolumeKind: Sized + Send + Sync {
     /// If the file is damaged.
     fn from_file(
         file: &FileReader<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         own: [u32; 3],
     ) -> Result<Self, VolumeError>;
@@ -233,13 +233,13 @@ macro_rules! volumes {
             pub(crate) fn from_file(
                 kind: u32,
                 (file, version): (&FileReader<'_>, u32),
-                lattice: VoxelGrid,
+                voxel_grid: VoxelGrid,
                 encoding: Encoding,
                 own: [u32; 3],
             ) -> Result<Self, FromFileError> {
                 match kind {
-                    $($name::KIND if $name::fits_file(&lattice, version) => {
-                        Ok(Self::$name($name::from_file(file, lattice, encoding, own)?))
+                    $($name::KIND if $name::fits_file(&voxel_grid, version) => {
+                        Ok(Self::$name($name::from_file(file, voxel_grid, encoding, own)?))
                     })*
                     $($name::KIND)|* => Err(FromFileError::Lattice),
                     _ => Err(FromFileError::Kind),

@@ -22,14 +22,14 @@ impl<'a, T: Texel> Sampler<'a, T> {
     /// too long.
     pub fn new(
         texels: &'a [T],
-        lattice: &VoxelGrid,
+        voxel_grid: &VoxelGrid,
         encoding: &Encoding,
         level: u32,
     ) -> Option<Self> {
-        let size = lattice.level_size(level);
+        let size = voxel_grid.level_size(level);
         // Indices must be exact as `f32`.
-        let is_small = lattice.size.max_element() <= *RESOLUTION_RANGE.end();
-        if !is_small || texels.is_empty() || texels.len() as u64 != lattice.texel_count(level) {
+        let is_small = voxel_grid.size.max_element() <= *RESOLUTION_RANGE.end();
+        if !is_small || texels.is_empty() || texels.len() as u64 != voxel_grid.texel_count(level) {
             return None;
         }
         let [nx, ny, _] = size.to_array().map(|n| n as usize);
@@ -37,9 +37,9 @@ impl<'a, T: Texel> Sampler<'a, T> {
             texels,
             last: size.as_vec3() - 1.0,
             stride: [nx, nx * ny],
-            corner: lattice.corner,
-            texels_per_unit: size.as_vec3() / lattice.extent(),
-            quantum: encoding.band_width(lattice, level) / encoding.format.max_code() as f32,
+            corner: voxel_grid.corner,
+            texels_per_unit: size.as_vec3() / voxel_grid.extent(),
+            quantum: encoding.band_width(voxel_grid, level) / encoding.format.max_code() as f32,
         })
     }
 

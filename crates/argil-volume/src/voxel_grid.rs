@@ -119,10 +119,10 @@ impl VoxelGrid {
         let voxel_of =
             |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
         let (held, is_cut) = contained_box(solid, frame, voxel_of);
-        let lattice = Self::covering(held, resolution)?;
+        let voxel_grid = Self::covering(held, resolution)?;
         Ok(Self {
             is_clipped: is_cut,
-            ..lattice
+            ..voxel_grid
         })
     }
 
@@ -300,9 +300,9 @@ mod tests {
         for resolution in [8, 37, 256, 300, 1000] {
             for half in [[1.0, 1.0, 1.0], [2.0, 1.0, 0.3], [0.01, 5.0, 5.0]] {
                 let solid = Aabb::centered(half.into());
-                let lattice = VoxelGrid::fitting(solid, None, resolution).expect("a lattice");
-                assert_eq!(lattice.size.max_element(), resolution);
-                let inner = lattice.aabb().grown(-1.99 * lattice.voxel_size);
+                let voxel_grid = VoxelGrid::fitting(solid, None, resolution).expect("a voxel grid");
+                assert_eq!(voxel_grid.size.max_element(), resolution);
+                let inner = voxel_grid.aabb().grown(-1.99 * voxel_grid.voxel_size);
                 assert!(inner.contains(solid.min) && inner.contains(solid.max));
             }
         }
@@ -312,20 +312,20 @@ mod tests {
     fn a_frame_with_room_to_spare_is_the_box_itself() {
         let frame = Aabb::centered(Vec3::ONE);
         let solid = Aabb::centered(Vec3::splat(0.9));
-        let lattice = VoxelGrid::fitting(solid, Some(frame), 256).expect("a lattice");
-        assert_eq!(lattice.aabb(), frame);
-        assert_eq!(lattice.size, UVec3::splat(256));
-        let infinite = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a lattice");
+        let voxel_grid = VoxelGrid::fitting(solid, Some(frame), 256).expect("a voxel grid");
+        assert_eq!(voxel_grid.aabb(), frame);
+        assert_eq!(voxel_grid.size, UVec3::splat(256));
+        let infinite = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a voxel grid");
         assert_eq!(infinite.aabb(), frame);
-        let nothing = VoxelGrid::fitting(Aabb::EMPTY, None, 64).expect("a lattice");
+        let nothing = VoxelGrid::fitting(Aabb::EMPTY, None, 64).expect("a voxel grid");
         assert_eq!(nothing.aabb(), frame);
     }
 
     #[test]
-    fn a_lattice_grows_by_whole_steps_and_keeps_its_voxels() {
-        let first = VoxelGrid::fitting(Aabb::centered(Vec3::ONE), None, 64).expect("a lattice");
+    fn a_grid_grows_by_whole_steps_and_keeps_its_voxels() {
+        let first = VoxelGrid::fitting(Aabb::centered(Vec3::ONE), None, 64).expect("a voxel grid");
         let far = Aabb::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::new(-8.0, 1.0, 3.0));
-        let grown = first.grown_to(far, 32).expect("a lattice");
+        let grown = first.grown_to(far, 32).expect("a voxel grid");
         assert_eq!(
             (grown.corner, grown.voxel_size),
             (first.corner, first.voxel_size)
@@ -337,7 +337,7 @@ mod tests {
         assert!(inner.contains(far.min) && inner.contains(far.max));
         assert_eq!(grown.grown_to(far, 32), Ok(grown));
         assert_eq!(grown.with_origin_at_box().aabb().min, grown.aabb().min);
-        let infinite = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a lattice");
+        let infinite = VoxelGrid::fitting(Aabb::ALL, None, 64).expect("a voxel grid");
         assert_eq!(infinite.grown_to(far, 32), Ok(infinite));
         let lost = Aabb::new(far.min, Vec3::splat(1e30));
         assert!(first.grown_to(lost, 32).is_err());

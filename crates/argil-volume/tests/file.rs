@@ -33,13 +33,13 @@ fn program() -> Program {
 
 fn volumes() -> Vec<Volume> {
     let program = program();
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 21).expect("a lattice");
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 21).expect("a voxel grid");
     let sixteen = Encoding {
         format: SampleFormat::Snorm16,
         band: Band::Voxels(6.0),
     };
     let layout = OctreeLayout::new(
-        lattice,
+        voxel_grid,
         &OctreeSettings {
             brick_size_voxels: 8,
             ..OctreeSettings::default()
@@ -55,12 +55,12 @@ fn volumes() -> Vec<Volume> {
             encoding,
             brick_size_voxels: 4,
         };
-        let layout = BrickLayout::new(lattice, &settings).expect("a layout");
+        let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
         Bricks::bake(&program, layout, None).expect("bricks").0
     };
     vec![
-        Dense::bake(&program, lattice, Encoding::default(), true).into(),
-        Dense::bake(&program, lattice, sixteen, false).into(),
+        Dense::bake(&program, voxel_grid, Encoding::default(), true).into(),
+        Dense::bake(&program, voxel_grid, sixteen, false).into(),
         Octree::bake(&program, layout, OctreeSettings::default().brick_test)
             .0
             .into(),
@@ -104,8 +104,8 @@ fn a_volume_with_the_most_levels_survives_too() {
     let rod = Brush::new(Shape::cuboid([1.0, 1e-3, 1e-3]));
     scene.push(rod).expect("a valid brush");
     let program = Program::lower(&scene).expect("a program");
-    let lattice = VoxelGrid::fitting(program.aabb(), None, 4096).expect("a lattice");
-    let volume: Volume = Dense::bake(&program, lattice, Encoding::default(), true).into();
+    let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 4096).expect("a voxel grid");
+    let volume: Volume = Dense::bake(&program, voxel_grid, Encoding::default(), true).into();
     let Volume::Dense(dense) = &volume else {
         panic!("it is dense");
     };

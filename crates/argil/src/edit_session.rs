@@ -246,20 +246,20 @@ impl EditSession {
         let Some(edits) = &mut self.edits else {
             return Ok(None);
         };
-        let lattice = *edits.voxel_grid();
-        let held = lattice.aabb().grown(-2.0 * lattice.voxel_size);
+        let voxel_grid = *edits.voxel_grid();
+        let held = voxel_grid.aabb().grown(-2.0 * voxel_grid.voxel_size);
         let is_held = put.is_empty() || (held.contains(put.min) && held.contains(put.max));
-        let is_fixed = lattice.is_clipped && scene.view.bounds.is_some();
+        let is_fixed = voxel_grid.is_clipped && scene.view.bounds.is_some();
         if !touched_ends && (is_held || is_fixed) {
             return Ok(None);
         }
         let solid = Extents::of(scene).node_bounds(Scene::ROOT).aabb;
         let is_infinite = !solid.is_finite() && !solid.is_empty();
-        if is_infinite != lattice.is_clipped {
+        if is_infinite != voxel_grid.is_clipped {
             return Ok(Some(RebuildReason::Unbounded));
         }
         if is_infinite {
-            let grows = !is_fixed && has_outgrown(&lattice, scene);
+            let grows = !is_fixed && has_outgrown(&voxel_grid, scene);
             return Ok(grows.then_some(RebuildReason::OutsideBox));
         }
         if edits.grow_to(solid).map_err(BricksError::from)? {

@@ -39,11 +39,11 @@ pub(crate) struct FieldMesh {
 pub(crate) fn field_mesh(
     engine: &Engine,
     program: &Program,
-    lattice: VoxelGrid,
+    voxel_grid: VoxelGrid,
     method: MeshMethod,
     stages: &mut Stages,
 ) -> Result<FieldMesh, BuildError> {
-    let layout = layout_of(lattice)?;
+    let layout = layout_of(voxel_grid)?;
     let budget = budget_on(engine, None);
     let control = &engine.control;
     let (bricks, lists, _) =
@@ -59,7 +59,7 @@ pub(crate) fn field_mesh(
     project_to_field::project_to_field(program, &lists, &mut marched);
     stages.done("refine")?;
     if is_dual {
-        marched.mesh = dual_contouring::contour(&lattice, &marched, &rings);
+        marched.mesh = dual_contouring::contour(&voxel_grid, &marched, &rings);
         stages.done("contour")?;
     } else {
         project_to_field::orient_normals(&mut marched);
@@ -77,7 +77,7 @@ pub(crate) async fn field_mesh_on_gpu(
     engine: &Engine,
     field: &GpuProgram,
     program: &Program,
-    lattice: VoxelGrid,
+    voxel_grid: VoxelGrid,
     normals: SurfaceNormals,
     is_unshared: bool,
 ) -> Result<(GpuMesh, StageTimings), BuildError> {
@@ -85,7 +85,7 @@ pub(crate) async fn field_mesh_on_gpu(
     let (volume, mut stages) = GpuVolume::bricks_with_control(
         field,
         program,
-        layout_of(lattice)?,
+        layout_of(voxel_grid)?,
         budget,
         &engine.control,
     )
@@ -102,8 +102,8 @@ pub(crate) async fn field_mesh_on_gpu(
 }
 
 /// Returns the brick layout on a voxel grid.
-pub(crate) fn layout_of(lattice: VoxelGrid) -> Result<BrickLayout, BuildError> {
-    Ok(BrickLayout::new(lattice, &BrickSettings::default())?)
+pub(crate) fn layout_of(voxel_grid: VoxelGrid) -> Result<BrickLayout, BuildError> {
+    Ok(BrickLayout::new(voxel_grid, &BrickSettings::default())?)
 }
 
 pub(crate) struct Stages {

@@ -215,10 +215,10 @@ impl World {
         if is_dual && (is_volume || iso != 0.0) {
             return Err(MeshError::Dual);
         }
-        let (mut mesh, lattice, lists) = match (self.storage(), self.field_on_gpu()) {
+        let (mut mesh, voxel_grid, lists) = match (self.storage(), self.field_on_gpu()) {
             (Storage::Gpu(volume), Some(field)) => {
                 let mesh = of_gpu(volume, field, options, &mut stages).await?;
-                (mesh, *volume.lattice(), None)
+                (mesh, *volume.voxel_grid(), None)
             }
             (Storage::Cpu(volume), _) => {
                 let with_normals = options.normals == MeshNormals::Gradient;
@@ -241,7 +241,7 @@ impl World {
         let needs_normals = needs_normals && options.normals != MeshNormals::Face;
         let lists = match lists {
             Some(lists) => lists,
-            None => CellPrograms::of(program, &layout_of(lattice)?).map_err(BuildError::from)?,
+            None => CellPrograms::of(program, &layout_of(voxel_grid)?).map_err(BuildError::from)?,
         };
         if needs_normals && options.normals == MeshNormals::Field {
             project_to_field::normals(program, &lists, &mut mesh);
@@ -268,28 +268,28 @@ impl World {
             mesh.normals = Vec::new();
         }
         Ok(MeshOutput {
-            surface_error: VertexError::of(&distances, iso, lattice.voxel_size),
+            surface_error: VertexError::of(&distances, iso, voxel_grid.voxel_size),
             mesh,
             report,
             simplification_error: simplified_by,
-            voxel_grid: lattice,
+            voxel_grid,
             duration_ms,
             stages_ms: stages.all,
         })
     }
 
-    fn own_lattice(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
+    fn mesh_grid(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
         let solid = self.program().aabb().grown(options.iso.max(0.0));
         let frame = clip_box(&self.scene, solid);
         let most = *RESOLUTION_RANGE.end();
-        let lattice =
+        let voxel_grid =
             match options.voxel_size {
                 Some(voxel) => VoxelGrid::with_voxel_size(solid, frame, voxel, most)
                     .map_err(BuildError::from)?,
                 None => VoxelGrid::fitting(solid, frame, options.resolution)
                     .map_err(BuildError::from)?,
             };
-        Ok(lattice)
+        Ok(voxel_grid)
     }
 
     fn of_field(
@@ -298,11 +298,11 @@ impl World {
         made: &mut Option<Volume>,
         stages: &mut Stages,
     ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
-        let lattice = self.own_lattice(options)?;
+        let voxel_grid = self.mesh_grid(options)?;
         let own = field_mesh(
             self.engine(),
             self.program(),
-            lattice,
+            voxel_grid,
             options.method,
             stages,
         )?;
@@ -311,7 +311,7 @@ impl World {
             mesh.normals = Vec::new();
         }
         *made = Some(own.bricks.into());
-        Ok((mesh, lattice, Some(own.lists)))
+        Ok((mesh, voxel_grid, Some(own.lists)))
     }
 
     /// Meshes the field on a GPU. The bricks are built, meshed and freed there.
@@ -321,7 +321,7 @@ impl World {
         options: &MeshOptions,
         stages: &mut Stages,
     ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
-        let lattice = self.own_lattice(options)?;
+        let voxel_grid = self.mesh_grid(options)?;
         field.upload_instructions(|| self.program());
         let normals = match options.normals {
             MeshNormals::Field => SurfaceNormals::Field,
@@ -332,13 +332,13 @@ impl World {
             self.engine(),
             field,
             self.program(),
-            lattice,
+            voxel_grid,
             normals,
             false,
         );
         let (mesh, took) = made.await?;
         stages.all.extend(took);
-        Ok((brought(&mesh, field, stages).await?, lattice, None))
+        Ok((brought(&mesh, field, stages).await?, voxel_grid, None))
     }
 
     /// Meshes another iso level of the field, through a dense grid.
@@ -347,12 +347,12 @@ impl World {
         options: &MeshOptions,
         stages: &mut Stages,
     ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
-        let lattice = self.own_lattice(options)?;
+        let voxel_grid = self.mesh_grid(options)?;
         let grid = Grid {
-            min: lattice.corner,
-            spacing: Vec3::splat(lattice.voxel_size),
+            min: voxel_grid.corner,
+            spacing: Vec3::splat(voxel_grid.voxel_size),
             begin: glam::UVec3::ZERO,
-            size: lattice.size + 1,
+            size: voxel_grid.size + 1,
         };
         let count = grid.size.to_array().map(u64::from).iter().product::<u64>();
         if count > MAX_SAMPLES {
@@ -364,7 +364,7 @@ impl World {
         let gradient = options.normals == MeshNormals::Gradient;
         let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
         stages.done("march")?;
-        Ok((mesh, lattice, None))
+        Ok((mesh, voxel_grid, None))
     }
 }
 
@@ -376,7 +376,7 @@ async fn of_gpu(
     stages: &mut Stages,
 ) -> Result<Mesh, MeshError> {
     let iso = options.iso;
-    SurfaceError::check_band(iso, volume.encoding().band_width(volume.lattice(), 0))?;
+    SurfaceError::check_band(iso, volume.encoding().band_width(volume.voxel_grid(), 0))?;
     let options = SurfaceOptions {
         iso,
         normals: match options.normals {

@@ -94,12 +94,12 @@ impl World {
         if !self.representation.supports_mode(settings.mode) {
             return Err(RenderError::NoBricks);
         }
-        let lattice = self.storage.voxel_grid();
+        let voxel_grid = self.storage.voxel_grid();
         let frames = frame_uniforms(
             settings,
             camera,
             self.program(),
-            lattice.as_ref(),
+            voxel_grid.as_ref(),
             self.view_bounds,
         );
         if let Some(field) = &self.gpu {

@@ -98,11 +98,11 @@ macro_rules! representations {
             pub(crate) async fn build(
                 &self,
                 site: &BuildContext<'_>,
-                lattice: Option<VoxelGrid>,
+                voxel_grid: Option<VoxelGrid>,
             ) -> Result<(Storage, BuildTimings), BuildError> {
                 match self {
                     Self::Field => Ok((Storage::Field, BuildTimings::default())),
-                    $(Self::$name(options) => options.build_on(site, lattice).await,)*
+                    $(Self::$name(options) => options.build_on(site, voxel_grid).await,)*
                 }
             }
         }

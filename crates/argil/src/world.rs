@@ -135,7 +135,7 @@ impl World {
     pub fn resolution(&self) -> Option<[u32; 3]> {
         self.storage
             .voxel_grid()
-            .map(|lattice| lattice.size.to_array())
+            .map(|voxel_grid| voxel_grid.size.to_array())
     }
 
     /// Describes the volume, as a future: see [`World::volume_info`].

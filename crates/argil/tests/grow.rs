@@ -29,7 +29,7 @@ fn bricks_of(engine: &Engine, scene: &mut Scene, resolution: u32) -> World {
     world.expect("a world")
 }
 
-fn lattice_of(world: &World) -> VoxelGrid {
+fn voxel_grid_of(world: &World) -> VoxelGrid {
     let info = world.volume_info().expect("an answer");
     info.expect("a volume").voxel_grid
 }
@@ -88,7 +88,7 @@ fn brushes_outside_the_first_box_are_stored() -> Outcome {
     for engine in engines() {
         let mut scene = one_ball()?;
         let mut world = bricks_of(&engine, &mut scene, 64);
-        let first = lattice_of(&world);
+        let first = voxel_grid_of(&world);
         let whole = pixels_of_ball(&world, [0.0; 3]);
         for at in [
             [0.9, 0.0, 0.0],
@@ -101,9 +101,9 @@ fn brushes_outside_the_first_box_are_stored() -> Outcome {
             world.flush()?;
             assert!(!applied.rebuilt, "{at:?}: {:?}", applied.reason);
             assert_eq!(world.diff_from_rebuild()?, Some(0), "{at:?}");
-            let lattice = lattice_of(&world);
+            let voxel_grid = voxel_grid_of(&world);
             assert_eq!(
-                (lattice.voxel_size, lattice.corner),
+                (voxel_grid.voxel_size, voxel_grid.corner),
                 (first.voxel_size, first.corner)
             );
             // The field is the independent witness.
@@ -280,7 +280,7 @@ fn others_are_built_for_a_larger_box() -> Outcome {
         let mut scene = one_ball()?;
         let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
         let (voxel, whole) = (
-            lattice_of(&world).voxel_size,
+            voxel_grid_of(&world).voxel_size,
             pixels_of_ball(&world, [0.0; 3]),
         );
         scene.push(
@@ -294,7 +294,7 @@ fn others_are_built_for_a_larger_box() -> Outcome {
         );
         scene.push(ball_at([1.8, 0.0, 0.0]))?;
         assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::OutsideBox));
-        assert_eq!(lattice_of(&world).voxel_size, voxel);
+        assert_eq!(voxel_grid_of(&world).voxel_size, voxel);
         let found = pixels_of_ball(&world, [1.8, 0.0, 0.0]);
         assert!(found > whole / 2, "{found} of {whole}");
     }
@@ -307,13 +307,13 @@ fn infinite_solids_are_clipped() -> Outcome {
     let mut scene = one_ball()?;
     scene.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
     let mut world = bricks_of(&Engine::cpu(), &mut scene, 48);
-    assert!(!lattice_of(&world).is_clipped);
+    assert!(!voxel_grid_of(&world).is_clipped);
     scene.push(Brush::new(Shape::Plane {
         normal: [0.0, 1.0, 0.0],
         offset: -0.2,
     }))?;
     assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::Unbounded));
-    assert!(lattice_of(&world).is_clipped);
+    assert!(voxel_grid_of(&world).is_clipped);
     assert_eq!(world.diff_from_rebuild()?, Some(0));
     scene.push(ball_at([0.0, 0.4, 0.0]))?;
     assert!(!world.apply(&scene)?.rebuilt);
@@ -338,7 +338,7 @@ fn an_infinite_floor_does_not_hide_what_stands_on_it() -> Outcome {
         scene.push(Brush::new(floor.clone()))?;
         scene.push(ball_at([20.0, 0.0, 5.0]))?;
         let mut world = bricks_of(&engine, &mut scene, 96);
-        assert!(lattice_of(&world).is_clipped);
+        assert!(voxel_grid_of(&world).is_clipped);
         let sees = |world: &World, at| {
             let found = pixels_of_ball(world, at);
             // Rays hit bricks from half a pixel away.
@@ -353,10 +353,10 @@ fn an_infinite_floor_does_not_hide_what_stands_on_it() -> Outcome {
         )?;
         assert_eq!(world.apply(&scene)?.reason, None);
         assert_eq!(world.diff_from_rebuild()?, Some(0));
-        let voxel = lattice_of(&world).voxel_size;
+        let voxel = voxel_grid_of(&world).voxel_size;
         let far = scene.push(ball_at([-8.0, 0.0, 5.0]))?.node;
         assert_eq!(world.apply(&scene)?.reason, Some(RebuildReason::OutsideBox));
-        assert_eq!(lattice_of(&world).voxel_size, voxel);
+        assert_eq!(voxel_grid_of(&world).voxel_size, voxel);
         sees(&world, [-8.0, 0.0, 5.0]);
         sees(&world, [20.0, 0.0, 5.0]);
         assert_eq!(world.diff_from_rebuild()?, Some(0));

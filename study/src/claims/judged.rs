@@ -134,7 +134,7 @@ pub(super) fn ranges(all: &[Ratio], unit: &str) -> String {
     devices.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Compares few filled bricks with all filled.
+/// Compares the build times of octrees with those of dense volumes.
 pub(super) fn less_is_faster(all: &[&Record]) -> (Verdict, String) {
     let mut told = Vec::new();
     let mut holds = Vec::new();
@@ -202,7 +202,7 @@ pub(super) fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
     for device in devices {
         if let Some((tree, fill)) = ends(device, "tree_ms").zip(ends(device, "fill_ms")) {
             told.push(format!(
-                "on {device}, from the fewest bricks to the most, the time of the tree grows by a factor of {tree:.1}, and the time to fill the bricks by {fill:.1}"
+                "on {device}, with the most bricks, the tree takes {tree:.1} times as long as with the fewest, and filling takes {fill:.1} times as long"
             ));
             holds.push(tree < 2.0 && fill > 2.0);
         }

@@ -1,4 +1,4 @@
-// Columns sort by a press on their heads, by number where there is one.
+// Sorts a table by a column when its heading is clicked, by number if the cells contain numbers.
 for (const table of document.querySelectorAll("table.sortable")) {
   table.querySelectorAll("th").forEach((head, column) => {
     head.querySelector("button").addEventListener("click", () => {

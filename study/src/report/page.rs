@@ -109,7 +109,7 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
             escaped(experiment.study)
         );
         for sentence in sentences::sentences(experiment.name, &rows) {
-            text += &format!("<p><b>Here:</b> {}</p>", escaped(&sentence));
+            text += &format!("<p><b>Measured:</b> {}</p>", escaped(&sentence));
         }
         for plot in plots::plots(experiment.name, &rows) {
             text += &format!(

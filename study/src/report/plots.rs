@@ -14,11 +14,11 @@ pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
         match name {
             "construction" => all.extend(construction(&own, device)),
             "dense-fill" => {
-                let title = format!("Building, {device}");
+                let title = format!("Build time, {device}");
                 all.push(by_scene(&own, "build_ms", "ms", &title, true));
             }
             "frames" | "cameras" => {
-                let title = format!("Frames, {device}");
+                let title = format!("Frame time, {device}");
                 all.push(by_scene(&own, "frame_ms", "ms", &title, true));
             }
             "heat" => {
@@ -90,7 +90,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
             points(&sorted, "build_ms"),
         ));
     }
-    let title = format!("Building an octree, {device} (the study's figure 21)");
+    let title = format!("Octree build time, {device} (the study's figure 21)");
     let line = lines(axes(&title, "bricks", "ms", false, false), &series);
     let mut groups = Vec::new();
     let stages = ["select", "sort", "fill", "tree"];
@@ -109,7 +109,7 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         }
     }
     stacks.retain(|(_, own)| own.iter().any(Option::is_some));
-    let title = format!("Building an octree by stage, {device} (figure 22)");
+    let title = format!("Octree build time by stage, {device} (the study's figure 22)");
     vec![
         line,
         bars(
@@ -222,7 +222,7 @@ fn histograms(records: &[&Record], device: &str) -> String {
     // There are seven colors.
     series.truncate(7);
     let title = format!(
-        "Teapot: difference of Laplacians, red, without zeros, {device} (figures 29 to 31)"
+        "Teapot: difference of Laplacians, red, nonzero, {device} (the study's figures 29 to 31)"
     );
     lines(axes(&title, "value", "pixels", false, true), &series)
 }
@@ -245,7 +245,7 @@ fn sweep(records: &[&Record], device: &str) -> String {
         .copied()
         .filter(|r| r.parameter("resolution") == Some(most))
         .collect();
-    let title = format!("Frames by brick size at {most}³, {device}");
+    let title = format!("Frame time by brick size at {most}³, {device}");
     grouped(
         &own,
         group,
@@ -271,7 +271,7 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
         };
         vec![
             ("median".into(), of(0.5)),
-            ("99 % of edits".into(), of(0.99)),
+            ("99th percentile".into(), of(0.99)),
         ]
     };
     let crowds: Vec<&Record> = bricks

@@ -1,7 +1,7 @@
 //! Sentences about each experiment's records.
 
 use super::devices::done_by_device;
-use crate::formatting::number;
+use crate::formatting::{counted, number};
 use crate::record::Record;
 
 /// Describes the records of one device; `None` if some are missing.
@@ -35,9 +35,8 @@ pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     }
     let failed = records.iter().filter(|r| r.error.is_some()).count();
     if failed > 0 {
-        all.push(format!(
-            "{failed} cases failed; their rows give the reasons."
-        ));
+        let failed = counted(failed, "case");
+        all.push(format!("{failed} failed; the table lists the errors."));
     }
     all
 }
@@ -167,7 +166,7 @@ fn strides(own: &[&Record]) -> Option<String> {
         .filter(|r| r.value("flip_mean").is_some())
         .min_by_key(by_flip)?;
     Some(format!(
-        "with 8-bit samples, stride {}, a band of {} voxels, gives the image nearest to the field's. FLIP errors range over {}.",
+        "with 8-bit samples, stride {}, a band of {} voxels, gives the image nearest to the field's. FLIP errors are {}.",
         best.parameter("stride")?,
         number(256.0 / best.parameter("stride")?),
         spread(via(own, "dense"), "flip_mean")?
@@ -176,7 +175,7 @@ fn strides(own: &[&Record]) -> Option<String> {
 
 fn center(own: &[&Record]) -> Option<String> {
     Some(format!(
-        "{} bricks exist, all at the center.",
+        "the octree stores {} bricks, at the center.",
         spread(via(own, "octree"), "bricks")?
     ))
 }

@@ -62,12 +62,12 @@ pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> S
         .filter(|c| records.iter().any(|r| r.value(c.value).is_some()))
         .collect();
     let mut text = String::from("<div class=\"wide\"><table class=\"sortable\"><thead><tr>");
-    let mut heads = vec!["scene", "representation", "varied"];
+    let mut heads = vec!["scene", "representation", "parameters"];
     if several {
         heads.push("device");
     }
     heads.extend(columns.iter().map(|c| c.head));
-    heads.push("made by");
+    heads.push("command");
     for head in heads {
         text += &format!("<th><button>{}</button></th>", escaped(head));
     }
@@ -101,7 +101,7 @@ pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> S
             let title = reach.and_then(|samples| {
                 let [low, high] = [0.0, 0.95].map(|part| quantile(samples, part));
                 let text = format!(
-                    "{} samples, least {}, 95 % up to {}",
+                    "{} samples, min {}, 95th percentile {}",
                     samples.len(),
                     number(low? / column.unit),
                     number(high? / column.unit)
@@ -124,11 +124,11 @@ pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> S
     for record in records {
         for check in record.checks.iter().filter(|check| !check.passed) {
             text += &format!(
-                "<p class=\"fault\">{}: {} should be {}, and is {}</p>",
+                "<p class=\"fault\">{}: {} is {}, expected {}</p>",
                 escaped(&record.case),
                 escaped(&check.value),
-                escaped(&check.expected),
-                check.found.map_or("not there".into(), number)
+                check.found.map_or("missing".into(), number),
+                escaped(&check.expected)
             );
         }
     }

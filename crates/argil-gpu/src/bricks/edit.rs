@@ -89,7 +89,7 @@ impl BrickTables {
         self.cells.table.grow_to(low, high);
         self.cells.follow(gpu, &[])?;
         self.describe();
-        body.lattice = layout.voxel_grid;
+        body.voxel_grid = layout.voxel_grid;
         Ok(())
     }
 

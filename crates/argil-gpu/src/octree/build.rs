@@ -80,11 +80,11 @@ impl GpuVolume {
         build.fill(&mut bake, program).await?;
         bake.pass("tree", &link, &tree_group, once).await?;
         let stages = bake.finish().await?;
-        let (lattice, encoding) = (measures.voxel_grid, measures.encoding);
+        let (voxel_grid, encoding) = (measures.voxel_grid, measures.encoding);
         let OctreeBuilder {
             texture, tables, ..
         } = build;
-        let volume = Self::new(field, (lattice, encoding), texture, tables)?;
+        let volume = Self::new(field, (voxel_grid, encoding), texture, tables)?;
         Ok((volume, stages))
     }
 }

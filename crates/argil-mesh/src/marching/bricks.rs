@@ -343,9 +343,9 @@ impl<'a, T: Texel> All<'a, T> {
     ) {
         let bits = self.bits(brick);
         let layout = self.bricks.layout();
-        let lattice = &layout.voxel_grid;
+        let voxel_grid = &layout.voxel_grid;
         let unit =
-            layout.encoding.band_width(lattice, 0) / layout.encoding.format.max_code() as f32;
+            layout.encoding.band_width(voxel_grid, 0) / layout.encoding.format.max_code() as f32;
         let length = self.rows * self.points;
         let samples = &self.pool[brick * length..][..length];
         let own = &self.own[brick];
@@ -374,7 +374,7 @@ impl<'a, T: Texel> All<'a, T> {
                     let (a, b) = (samples[at].code(), samples[at + step].code());
                     let mut place = Vec3::new(x as f32, y as f32, z as f32);
                     place[axis] += edge_crossing(a, b, 0.0);
-                    positions[next] = lattice.corner + lattice.voxel_size * (first + place);
+                    positions[next] = voxel_grid.corner + voxel_grid.voxel_size * (first + place);
                     spans[next] = [a * unit, b * unit];
                     *id = own.begin[0] + next as u32;
                     next += 1;

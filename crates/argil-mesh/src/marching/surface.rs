@@ -53,11 +53,11 @@ pub trait Surface {
 
 impl Surface for Dense {
     fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError> {
-        let (lattice, encoding) = (self.lattice(), self.encoding());
-        let band = encoding.band_width(lattice, 0);
+        let (voxel_grid, encoding) = (self.voxel_grid(), self.encoding());
+        let band = encoding.band_width(voxel_grid, 0);
         SurfaceError::check_band(iso, band)?;
         let iso = iso / band * encoding.format.max_code() as f32;
-        let grid = lattice.grid(0);
+        let grid = voxel_grid.grid(0);
         let texels = &self.levels()[0];
         Ok(match encoding.format {
             SampleFormat::Snorm8 => {

@@ -51,10 +51,10 @@ pub(super) fn place<T: Texel>(
     t: &[f32],
     out: &mut [[f32; LANES]; 3],
 ) {
-    let lattice = &sampler.layout().voxel_grid;
-    let per_voxel = 1.0 / lattice.voxel_size;
+    let voxel_grid = &sampler.layout().voxel_grid;
+    let per_voxel = 1.0 / voxel_grid.voxel_size;
     for axis in 0..3 {
-        let (eye, corner) = (frame.eye[axis], lattice.corner[axis]);
+        let (eye, corner) = (frame.eye[axis], voxel_grid.corner[axis]);
         for ((u, d), t) in out[axis].iter_mut().zip(direction[axis]).zip(t) {
             *u = (eye + d * t - corner) * per_voxel;
         }

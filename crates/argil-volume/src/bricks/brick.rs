@@ -37,9 +37,9 @@ impl Brick<'_> {
     pub fn place(&self, nth: usize) -> Vec3 {
         let (side, nth) = (self.side(), nth as u32);
         let inner: UVec3 = uvec3(nth % side, nth / side % side, nth / side / side);
-        let lattice = &self.bricks.layout.voxel_grid;
+        let voxel_grid = &self.bricks.layout.voxel_grid;
         let first = self.cell() * self.bricks.layout.brick_size_voxels as i32;
-        lattice.corner + lattice.voxel_size * (first + inner.as_ivec3()).as_vec3()
+        voxel_grid.corner + voxel_grid.voxel_size * (first + inner.as_ivec3()).as_vec3()
     }
 
     /// Iterates over its samples as distances in the scene's unit, x fastest. Within the band, they are the field's

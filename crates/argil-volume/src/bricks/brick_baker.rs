@@ -210,7 +210,7 @@ impl<'a> BrickBaker<'a> {
         if let Some(only) = only_material(instrs, self.program.materials()) {
             return only;
         }
-        let lattice = &self.layout.voxel_grid;
+        let voxel_grid = &self.layout.voxel_grid;
         let begin = (cell * self.layout.brick_size_voxels as i32).as_vec3();
         let step = self.layout.brick_size_voxels as f32 / (MATERIAL_SIDE - 1) as f32;
         let [mut x, mut y, mut z, mut d] = [[0.0f32; PLACES]; 4];
@@ -221,7 +221,7 @@ impl<'a> BrickBaker<'a> {
                 place / MATERIAL_SIDE % MATERIAL_SIDE,
                 place / MATERIAL_SIDE / MATERIAL_SIDE,
             );
-            let p = lattice.corner + lattice.voxel_size * (begin + step * place.as_vec3());
+            let p = voxel_grid.corner + voxel_grid.voxel_size * (begin + step * place.as_vec3());
             (x[i], y[i], z[i]) = (p.x, p.y, p.z);
         }
         let mut found = [GpuMaterial::default(); PLACES];
@@ -229,7 +229,7 @@ impl<'a> BrickBaker<'a> {
             .materials_with(instrs, [&x, &y, &z], &mut d, &mut found);
         // If two neighboring points are farther from the surface than the distance between them, no surface lies
         // between.
-        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * lattice.voxel_size;
+        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * voxel_grid.voxel_size;
         // If no point is near, all of them count. Then a program may contain more than it needs.
         let has_near = d.iter().any(|d| d.abs() <= reach);
         let reach = if has_near { reach } else { f32::INFINITY };
@@ -286,15 +286,15 @@ fn sample(
     places: &[Vec<f32>; 3],
     d: &mut [f32],
 ) {
-    let lattice = &layout.voxel_grid;
+    let voxel_grid = &layout.voxel_grid;
     let [mut x, mut y, mut z] = [[0.0f32; LANES]; 3];
     for begin in (0..d.len()).step_by(LANES) {
         let n = LANES.min(d.len() - begin);
         for (axis, out) in [&mut x, &mut y, &mut z].into_iter().enumerate() {
-            let (corner, first) = (lattice.corner[axis], first[axis]);
+            let (corner, first) = (voxel_grid.corner[axis], first[axis]);
             let places = &places[axis][begin..begin + n];
             for (out, place) in out[..n].iter_mut().zip(places) {
-                *out = corner + lattice.voxel_size * (first + place);
+                *out = corner + voxel_grid.voxel_size * (first + place);
             }
         }
         let d = &mut d[begin..begin + n];

@@ -22,12 +22,12 @@ impl<T: Texel> BrickSampler<'_, T> {
     pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let n = out.len();
         assert!(n <= LANES && points.iter().all(|p| p.len() == n));
-        let lattice = &self.layout.voxel_grid;
-        let per_voxel = 1.0 / lattice.voxel_size;
+        let voxel_grid = &self.layout.voxel_grid;
+        let per_voxel = 1.0 / voxel_grid.voxel_size;
         let mut u = [[0.0f32; LANES]; 3];
         let mut beside = [0.0f32; LANES];
         for (axis, from) in points.into_iter().enumerate() {
-            let corner = lattice.corner[axis];
+            let corner = voxel_grid.corner[axis];
             let (begin, end) = (self.begin[axis], self.end[axis]);
             for i in 0..n {
                 let own = (from[i] - corner) * per_voxel;
@@ -45,7 +45,7 @@ impl<T: Texel> BrickSampler<'_, T> {
             } else {
                 self.between_centers([u[0][i], u[1][i], u[2][i]])
             };
-            out[i] = d + beside[i].sqrt() * lattice.voxel_size;
+            out[i] = d + beside[i].sqrt() * voxel_grid.voxel_size;
         }
     }
 

@@ -111,17 +111,17 @@ impl BrickLayout {
     ///
     /// # Errors
     /// If the brick size or the encoding is not supported, or the grid is too large.
-    pub fn new(lattice: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
+    pub fn new(voxel_grid: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
         let brick = settings.brick_size_voxels;
         if ![4, 8, 16].contains(&brick) {
             return Err(BricksError::Brick(brick));
         }
-        let band = settings.encoding.band_width(&lattice, 0) / lattice.voxel_size;
+        let band = settings.encoding.band_width(&voxel_grid, 0) / voxel_grid.voxel_size;
         if band.is_nan() || band < 2.0 {
             return Err(BricksError::Band(band));
         }
         Ok(Self {
-            voxel_grid: lattice,
+            voxel_grid,
             encoding: settings.encoding,
             brick_size_voxels: brick,
         })
@@ -168,11 +168,11 @@ impl BrickLayout {
     /// # Errors
     /// If the solid is too far away.
     pub fn grown_to(&self, solid: Aabb) -> Result<Self, TooFarError> {
-        let lattice = self
+        let voxel_grid = self
             .voxel_grid
             .grown_to(solid, self.brick_size_voxels * BLOCK_SIDE)?;
         Ok(Self {
-            voxel_grid: lattice,
+            voxel_grid,
             ..*self
         })
     }
@@ -237,12 +237,12 @@ impl BrickLayout {
     /// Returns the uniform for shaders that build blocks, without the pool and the table. `program` determines the
     /// bounds of distances.
     pub fn build_uniform(&self, program: &Program) -> BrickBuildUniform {
-        let lattice = &self.voxel_grid;
+        let voxel_grid = &self.voxel_grid;
         let terms = program.clearance_model_in(self.base_length());
         let [low, high] = [self.first_cell(), self.end_cell()];
         BrickBuildUniform {
-            corner: lattice.corner.to_array(),
-            voxel_size: lattice.voxel_size,
+            corner: voxel_grid.corner.to_array(),
+            voxel_size: voxel_grid.voxel_size,
             low_x: low.x,
             low_y: low.y,
             low_z: low.z,
@@ -250,9 +250,9 @@ impl BrickLayout {
             high_x: high.x,
             high_y: high.y,
             high_z: high.z,
-            is_clipped: u32::from(lattice.is_clipped),
+            is_clipped: u32::from(voxel_grid.is_clipped),
             max_center_distance: self.half_diagonal(1),
-            half_diagonal: 0.5 * 3f32.sqrt() * lattice.voxel_size,
+            half_diagonal: 0.5 * 3f32.sqrt() * voxel_grid.voxel_size,
             lipschitz: program.lipschitz(),
             steepness: terms.steepness,
             far: self.far_length(),

@@ -57,10 +57,10 @@ impl Bricks {
         outwards: Vec3,
         palette: &[GpuMaterial],
     ) -> Option<GpuMaterial> {
-        let lattice = &self.layout.voxel_grid;
-        let end = lattice.begin + lattice.size.as_ivec3();
-        let u = ((point - lattice.corner) / lattice.voxel_size)
-            .clamp(lattice.begin.as_vec3(), end.as_vec3());
+        let voxel_grid = &self.layout.voxel_grid;
+        let end = voxel_grid.begin + voxel_grid.size.as_ivec3();
+        let u = ((point - voxel_grid.corner) / voxel_grid.voxel_size)
+            .clamp(voxel_grid.begin.as_vec3(), end.as_vec3());
         let side = self.layout.brick_size_voxels as f32;
         let cell = (u / side)
             .floor()
@@ -81,7 +81,7 @@ impl Bricks {
         let share = place - begin;
         let begin = begin.as_uvec3();
         let block = (material & !BRICK_MIXED) as usize * PLACES;
-        let range = self.layout.encoding.band_width(lattice, 0) / lattice.voxel_size;
+        let range = self.layout.encoding.band_width(voxel_grid, 0) / voxel_grid.voxel_size;
         let inner = u - cell.as_vec3() * side;
         let (mut total, mut sum) = (GpuMaterial::default(), 0.0);
         for corner in 0..8u32 {

@@ -44,8 +44,8 @@ impl Bricks {
     /// # let mut scene = argil_scene::Scene::new();
     /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
     /// # let program = argil_field::Program::lower(&scene)?;
-    /// # let lattice = VoxelGrid::fitting(program.aabb(), None, 64)?;
-    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(lattice, &BrickSettings::default())?, None)?;
+    /// # let voxel grid = VoxelGrid::fitting(program.aabb(), None, 64)?;
+    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(voxel grid, &BrickSettings::default())?, None)?;
     /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
     /// let words = bricks.words_between(low, high);
     /// assert_eq!(words.len(), (high - low).element_product() as usize);
@@ -86,10 +86,10 @@ impl Bricks {
     /// materials. The order of the pool and the box do not matter. With other voxels, all cells differ.
     pub fn differing_cells(&self, other: &Self) -> u64 {
         let measures = |own: &Self| {
-            let lattice = own.layout.voxel_grid;
+            let voxel_grid = own.layout.voxel_grid;
             (
-                lattice.corner,
-                lattice.voxel_size,
+                voxel_grid.corner,
+                voxel_grid.voxel_size,
                 own.layout.brick_size_voxels,
                 own.layout.encoding.format,
             )

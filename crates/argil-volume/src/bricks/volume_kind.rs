@@ -114,15 +114,15 @@ impl VolumeKind for Bricks {
         }
     }
 
-    fn fits_file(lattice: &VoxelGrid, version: u32) -> bool {
+    fn fits_file(voxel_grid: &VoxelGrid, version: u32) -> bool {
         if version == 1 {
-            return RESOLUTION_RANGE.contains(&lattice.size.max_element())
-                && lattice.begin == IVec3::ZERO;
+            return RESOLUTION_RANGE.contains(&voxel_grid.size.max_element())
+                && voxel_grid.begin == IVec3::ZERO;
         }
-        let begin = lattice.begin.to_array().map(i64::from);
+        let begin = voxel_grid.begin.to_array().map(i64::from);
         begin
             .iter()
-            .zip(lattice.size.to_array())
+            .zip(voxel_grid.size.to_array())
             .all(|(first, size)| {
                 let farthest = i64::from(MAX_VOXEL_INDEX);
                 *first >= -farthest && first + i64::from(size) <= farthest
@@ -131,12 +131,12 @@ impl VolumeKind for Bricks {
 
     fn from_file(
         file: &FileReader<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         [_, brick, lipschitz]: [u32; 3],
     ) -> Result<Self, VolumeError> {
         let layout = BrickLayout::new(
-            lattice,
+            voxel_grid,
             &BrickSettings {
                 encoding,
                 brick_size_voxels: brick,

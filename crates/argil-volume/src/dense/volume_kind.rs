@@ -10,7 +10,7 @@ impl VolumeKind for Dense {
     const KIND: u32 = 1;
 
     fn voxel_grid(&self) -> &VoxelGrid {
-        Dense::lattice(self)
+        Dense::voxel_grid(self)
     }
 
     fn encoding(&self) -> &Encoding {
@@ -24,7 +24,7 @@ impl VolumeKind for Dense {
     fn info(&self) -> VolumeInfo {
         VolumeInfo {
             levels: self.levels().len() as u32,
-            ..VolumeInfo::new(*self.lattice(), *self.encoding(), self.memory_bytes())
+            ..VolumeInfo::new(*self.voxel_grid(), *self.encoding(), self.memory_bytes())
         }
     }
 
@@ -42,25 +42,25 @@ impl VolumeKind for Dense {
         }
     }
 
-    fn fits_file(lattice: &VoxelGrid, _version: u32) -> bool {
-        RESOLUTION_RANGE.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
+    fn fits_file(voxel_grid: &VoxelGrid, _version: u32) -> bool {
+        RESOLUTION_RANGE.contains(&voxel_grid.size.max_element()) && voxel_grid.begin == IVec3::ZERO
     }
 
     fn from_file(
         file: &FileReader<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         [levels, _, _]: [u32; 3],
     ) -> Result<Self, VolumeError> {
-        let most = Dense::max_levels(&lattice);
+        let most = Dense::max_levels(&voxel_grid);
         if !(1..=most).contains(&levels) {
             let reason = format!("{levels} levels, and the volume's size makes {most} at most");
             return Err(file.fault(Section::Description, &reason));
         }
         let texels = (0..levels)
-            .map(|level| file.texels(level as u8, encoding.format, lattice.texel_count(level)))
+            .map(|level| file.texels(level as u8, encoding.format, voxel_grid.texel_count(level)))
             .collect::<Result<_, _>>()?;
-        Dense::from_levels(lattice, encoding, texels)
+        Dense::from_levels(voxel_grid, encoding, texels)
             .ok_or_else(|| file.fault(Section::Texels(0), "its size is another"))
     }
 }

@@ -122,7 +122,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
         _ => return Err(file.fault(about, "distances of neither 8 nor 16 bits")),
     };
     let range = f32::from_bits(range);
-    let lattice = VoxelGrid {
+    let voxel_grid = VoxelGrid {
         corner: Vec3::from_array([x, y, z].map(f32::from_bits)),
         voxel_size: f32::from_bits(voxel),
         begin: UVec3::new(first_x, first_y, first_z).as_ivec3(),
@@ -132,9 +132,9 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
     let is_positive = |v: f32| v.is_finite() && v > 0.0;
     let is_sane = is_positive(range)
         && range <= 1e6
-        && is_positive(lattice.voxel_size)
-        && lattice.aabb().is_finite()
-        && lattice.size.min_element() >= 1;
+        && is_positive(voxel_grid.voxel_size)
+        && voxel_grid.aabb().is_finite()
+        && voxel_grid.size.min_element() >= 1;
     if !is_sane {
         return Err(file.fault(about, "its measures make no sense"));
     }
@@ -143,7 +143,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
         band: Band::Voxels(range),
     };
     let own = [levels, brick, depth];
-    let volume = Volume::from_file(kind, (&file, file.version), lattice, encoding, own);
+    let volume = Volume::from_file(kind, (&file, file.version), voxel_grid, encoding, own);
     let volume = volume.map_err(|error| match error {
         FromFileError::Kind => file.fault(about, "a volume of an unknown kind"),
         FromFileError::Lattice => file.fault(about, "its measures make no sense"),

@@ -73,9 +73,9 @@ fn write(
     out.flush()
 }
 
-fn describe(kind: u32, encoding: &Encoding, lattice: &VoxelGrid, own: [u32; 3]) -> Vec<u8> {
-    let [x, y, z] = lattice.corner.to_array().map(f32::to_bits);
-    let [nx, ny, nz] = lattice.size.to_array();
+fn describe(kind: u32, encoding: &Encoding, voxel_grid: &VoxelGrid, own: [u32; 3]) -> Vec<u8> {
+    let [x, y, z] = voxel_grid.corner.to_array().map(f32::to_bits);
+    let [nx, ny, nz] = voxel_grid.size.to_array();
     let range = encoding.band.voxels().to_bits();
     let bits = 8 * encoding.format.bytes() as u32;
     let [levels, brick, depth] = own;
@@ -86,17 +86,17 @@ fn describe(kind: u32, encoding: &Encoding, lattice: &VoxelGrid, own: [u32; 3]) 
         x,
         y,
         z,
-        lattice.voxel_size.to_bits(),
+        voxel_grid.voxel_size.to_bits(),
         nx,
         ny,
         nz,
         levels,
         brick,
         depth,
-        lattice.begin.x as u32,
-        lattice.begin.y as u32,
-        lattice.begin.z as u32,
-        u32::from(lattice.is_clipped),
+        voxel_grid.begin.x as u32,
+        voxel_grid.begin.y as u32,
+        voxel_grid.begin.z as u32,
+        u32::from(voxel_grid.is_clipped),
     ];
     words.iter().flat_map(|w| w.to_le_bytes()).collect()
 }

@@ -94,12 +94,12 @@ impl OctreeLayout {
     ///
     /// # Errors
     /// If the brick size, the depth or the encoding is not supported, or the grid is too large.
-    pub fn new(lattice: VoxelGrid, settings: &OctreeSettings) -> Result<Self, OctreeError> {
+    pub fn new(voxel_grid: VoxelGrid, settings: &OctreeSettings) -> Result<Self, OctreeError> {
         let brick = settings.brick_size_voxels;
         if ![8, 16, 32].contains(&brick) {
             return Err(OctreeError::Brick(brick));
         }
-        let grid = UVec3::from_array(lattice.size.to_array().map(|n| n.div_ceil(brick)));
+        let grid = UVec3::from_array(voxel_grid.size.to_array().map(|n| n.div_ceil(brick)));
         let needed = grid.max_element().next_power_of_two().ilog2().max(1);
         let depth = settings.depth.unwrap_or(needed);
         if depth > OCTREE_MAX_DEPTH {
@@ -109,12 +109,12 @@ impl OctreeLayout {
             return Err(OctreeError::Shallow {
                 depth,
                 brick,
-                longest: lattice.size.max_element(),
+                longest: voxel_grid.size.max_element(),
                 needed,
             });
         }
         Ok(Self {
-            voxel_grid: lattice,
+            voxel_grid,
             encoding: settings.encoding,
             brick_size_voxels: brick,
             size_bricks: grid,
@@ -156,19 +156,19 @@ impl OctreeLayout {
 
     /// Returns the uniform for shaders. `program` determines how far from the surface a kept brick's center may be.
     pub fn uniform(&self, program: &Program, keep: BrickTest) -> OctreeUniform {
-        let lattice = &self.voxel_grid;
-        let range = self.encoding.band_width(lattice, 0);
+        let voxel_grid = &self.voxel_grid;
+        let range = self.encoding.band_width(voxel_grid, 0);
         // Around the brick with half a voxel more on each side, and around its outermost samples.
-        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * lattice.voxel_size;
-        let region = lattice.aabb().grown(self.brick_length());
+        let half_diagonal = |voxels: f32| 0.5 * 3f32.sqrt() * voxels * voxel_grid.voxel_size;
+        let region = voxel_grid.aabb().grown(self.brick_length());
         let slack = program.bound_error(region);
         let lipschitz = 1.000_01 * program.lipschitz();
         let brick = self.brick_size_voxels as f32;
         OctreeUniform {
-            corner: lattice.corner.to_array(),
+            corner: voxel_grid.corner.to_array(),
             band_width: range,
-            extent: lattice.extent().to_array(),
-            voxel_size: lattice.voxel_size,
+            extent: voxel_grid.extent().to_array(),
+            voxel_size: voxel_grid.voxel_size,
             grid_x: self.size_bricks.x,
             grid_y: self.size_bricks.y,
             grid_z: self.size_bricks.z,

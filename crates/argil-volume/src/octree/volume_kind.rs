@@ -51,13 +51,13 @@ impl VolumeKind for Octree {
         }
     }
 
-    fn fits_file(lattice: &VoxelGrid, _version: u32) -> bool {
-        RESOLUTION_RANGE.contains(&lattice.size.max_element()) && lattice.begin == IVec3::ZERO
+    fn fits_file(voxel_grid: &VoxelGrid, _version: u32) -> bool {
+        RESOLUTION_RANGE.contains(&voxel_grid.size.max_element()) && voxel_grid.begin == IVec3::ZERO
     }
 
     fn from_file(
         file: &FileReader<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
         encoding: Encoding,
         [_, brick, depth]: [u32; 3],
     ) -> Result<Self, VolumeError> {
@@ -67,7 +67,7 @@ impl VolumeKind for Octree {
             depth: Some(depth),
             brick_test: BrickTest::Conservative,
         };
-        let layout = OctreeLayout::new(lattice, &settings)
+        let layout = OctreeLayout::new(voxel_grid, &settings)
             .map_err(|e| file.fault(Section::Description, &e.to_string()))?;
         let nodes = file.bytes(Section::Nodes)?;
         if !nodes
@@ -88,7 +88,7 @@ impl VolumeKind for Octree {
         if let Some(reason) = tree.check(&layout) {
             return Err(file.fault(Section::Nodes, reason));
         }
-        let texels = file.texels(0, encoding.format, lattice.texel_count(0))?;
+        let texels = file.texels(0, encoding.format, voxel_grid.texel_count(0))?;
         Octree::from_parts(layout, tree, texels)
             .ok_or_else(|| file.fault(Section::Texels(0), "its size is another"))
     }

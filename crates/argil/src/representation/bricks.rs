@@ -85,13 +85,13 @@ impl RepresentationOptions for BricksOptions {
     async fn build(
         &self,
         site: &BuildContext<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError> {
         let BuildContext {
             engine, program, ..
         } = *site;
         checked(self.settings.encoding)?;
-        let layout = BrickLayout::new(lattice, &self.settings)?;
+        let layout = BrickLayout::new(voxel_grid, &self.settings)?;
         let budget = budget_on(engine, self.memory_budget);
         let control = &engine.control;
         if let Some(field) = site.field {

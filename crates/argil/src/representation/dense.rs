@@ -51,7 +51,7 @@ impl RepresentationOptions for DenseOptions {
             return None;
         };
         Some(Self {
-            resolution: dense.lattice().size.max_element(),
+            resolution: dense.voxel_grid().size.max_element(),
             encoding: *dense.encoding(),
             mips: dense.levels().len() > 1,
             ..Self::default()
@@ -61,7 +61,7 @@ impl RepresentationOptions for DenseOptions {
     async fn build(
         &self,
         site: &BuildContext<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError> {
         let BuildContext {
             engine, program, ..
@@ -69,16 +69,16 @@ impl RepresentationOptions for DenseOptions {
         let encoding = checked(self.encoding)?;
         check_memory(
             engine,
-            Dense::bytes_of(&lattice, encoding.format, self.mips),
+            Dense::bytes_of(&voxel_grid, encoding.format, self.mips),
         )?;
         if let Some(field) = site.field {
-            let made = GpuVolume::dense(field, program, lattice, encoding, self.mips, self.fill);
+            let made = GpuVolume::dense(field, program, voxel_grid, encoding, self.mips, self.fill);
             let (volume, stages) = made.await?;
             return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }
         let start = Instant::now();
         let control = &engine.control;
-        let dense = Dense::bake_with_control(program, lattice, encoding, self.mips, control);
+        let dense = Dense::bake_with_control(program, voxel_grid, encoding, self.mips, control);
         let dense = dense.ok_or(BuildError::Cancelled)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         let times = BuildTimings::of_stages(vec![("fill", ms)]);

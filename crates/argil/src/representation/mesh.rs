@@ -52,7 +52,7 @@ impl RepresentationOptions for MeshRenderOptions {
     async fn build(
         &self,
         site: &BuildContext<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError> {
         let BuildContext {
             engine, program, ..
@@ -65,14 +65,14 @@ impl RepresentationOptions for MeshRenderOptions {
             } else {
                 SurfaceNormals::Field
             };
-            let made = field_mesh_on_gpu(engine, field, program, lattice, normals, self.flat);
+            let made = field_mesh_on_gpu(engine, field, program, voxel_grid, normals, self.flat);
             let (mesh, stages) = made.await?;
             let mesh = StoredTriangles::Gpu(Box::new(mesh));
             let times = BuildTimings::of_stages(stages);
-            return Ok((Storage::Mesh(MeshStorage { mesh, lattice }), times));
+            return Ok((Storage::Mesh(MeshStorage { mesh, voxel_grid }), times));
         }
         let mut stages = Stages::of(engine);
-        let made = field_mesh(engine, program, lattice, self.method, &mut stages)?;
+        let made = field_mesh(engine, program, voxel_grid, self.method, &mut stages)?;
         let mut mesh = made.mesh;
         if self.flat {
             mesh = mesh.unindexed(true);
@@ -89,6 +89,6 @@ impl RepresentationOptions for MeshRenderOptions {
             None => StoredTriangles::Cpu(mesh),
         };
         let times = BuildTimings::of_stages(stages.all);
-        Ok((Storage::Mesh(MeshStorage { mesh, lattice }), times))
+        Ok((Storage::Mesh(MeshStorage { mesh, voxel_grid }), times))
     }
 }

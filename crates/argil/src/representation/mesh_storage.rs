@@ -9,7 +9,7 @@ use argil_volume::VoxelGrid;
 #[derive(Debug)]
 pub(crate) struct MeshStorage {
     pub mesh: StoredTriangles,
-    pub lattice: VoxelGrid,
+    pub voxel_grid: VoxelGrid,
 }
 
 /// Triangles on either device.

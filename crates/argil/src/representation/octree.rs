@@ -52,7 +52,7 @@ impl RepresentationOptions for OctreeOptions {
         let Volume::Octree(octree) = volume else {
             return None;
         };
-        let lattice = octree.layout().voxel_grid;
+        let voxel_grid = octree.layout().voxel_grid;
         let settings = octree.settings();
         // The requested depth, because a larger box may allow a deeper tree.
         let free = OctreeSettings {
@@ -60,9 +60,9 @@ impl RepresentationOptions for OctreeOptions {
             ..settings
         };
         let is_usual =
-            OctreeLayout::new(lattice, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
+            OctreeLayout::new(voxel_grid, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
         Some(Self {
-            resolution: lattice.size.max_element(),
+            resolution: voxel_grid.size.max_element(),
             settings: if is_usual { free } else { settings },
             ..Self::default()
         })
@@ -71,16 +71,16 @@ impl RepresentationOptions for OctreeOptions {
     async fn build(
         &self,
         site: &BuildContext<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError> {
         let BuildContext {
             engine, program, ..
         } = *site;
         checked(self.settings.encoding)?;
-        let layout = OctreeLayout::new(lattice, &self.settings)?;
+        let layout = OctreeLayout::new(voxel_grid, &self.settings)?;
         let bits = layout.encoding.format;
         let cells = 12 * u64::from(layout.code_count());
-        check_memory(engine, Dense::bytes_of(&lattice, bits, false) + cells)?;
+        check_memory(engine, Dense::bytes_of(&voxel_grid, bits, false) + cells)?;
         let keep = self.settings.brick_test;
         if let Some(field) = site.field {
             let made = GpuVolume::octree(field, program, layout, keep, self.order);

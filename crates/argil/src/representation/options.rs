@@ -55,18 +55,18 @@ pub(crate) trait RepresentationOptions: Copy + Default {
     async fn build(
         &self,
         site: &BuildContext<'_>,
-        lattice: VoxelGrid,
+        voxel_grid: VoxelGrid,
     ) -> Result<(Storage, BuildTimings), BuildError>;
 
     /// Builds the representation on a given voxel grid, or on the scene's own.
     async fn build_on(
         &self,
         site: &BuildContext<'_>,
-        lattice: Option<VoxelGrid>,
+        voxel_grid: Option<VoxelGrid>,
     ) -> Result<(Storage, BuildTimings), BuildError> {
-        let lattice = match lattice {
-            Some(lattice) if Self::IS_UNBOUNDED => lattice,
-            Some(lattice) => lattice.with_origin_at_box(),
+        let voxel_grid = match voxel_grid {
+            Some(voxel_grid) if Self::IS_UNBOUNDED => voxel_grid,
+            Some(voxel_grid) => voxel_grid.with_origin_at_box(),
             None => voxel_grid_of(
                 site.scene,
                 site.program,
@@ -74,7 +74,7 @@ pub(crate) trait RepresentationOptions: Copy + Default {
                 self.voxel_size(),
             )?,
         };
-        self.build(site, lattice).await
+        self.build(site, voxel_grid).await
     }
 }
 
@@ -119,8 +119,8 @@ impl Storage {
         match self {
             Self::Field => None,
             Self::Cpu(volume) => Some(*volume.voxel_grid()),
-            Self::Gpu(volume) => Some(*volume.lattice()),
-            Self::Mesh(drawable) => Some(drawable.lattice),
+            Self::Gpu(volume) => Some(*volume.voxel_grid()),
+            Self::Mesh(drawable) => Some(drawable.voxel_grid),
         }
     }
 }

@@ -85,7 +85,7 @@ impl World {
             Some(gpu) => *gpu = GpuProgram::new(gpu.gpu().clone(), &program, true)?,
             None => {}
         }
-        let lattice = match self.storage.voxel_grid() {
+        let voxel_grid = match self.storage.voxel_grid() {
             Some(old) => {
                 let new = updated_grid(&old, scene, &program)?;
                 if new != old && reason == RebuildReason::NotEditable {
@@ -96,7 +96,7 @@ impl World {
             None => None,
         };
         let site = self.site(scene, &program);
-        let (kept, times) = self.representation.build(&site, lattice).await?;
+        let (kept, times) = self.representation.build(&site, voxel_grid).await?;
         (self.storage, self.build_timings) = (kept, times);
         self.view_bounds = view_bounds_of(scene, &program);
         self.scene = scene.snapshot();
@@ -179,15 +179,15 @@ impl World {
         };
         let field = field.as_ref();
         // The box is computed again, because it must contain what edits put outside the old one.
-        let lattice = match self.storage.voxel_grid() {
-            Some(lattice) => Some(recomputed_grid(&lattice, &self.scene, &program)?),
+        let voxel_grid = match self.storage.voxel_grid() {
+            Some(voxel_grid) => Some(recomputed_grid(&voxel_grid, &self.scene, &program)?),
             None => None,
         };
         let site = BuildContext {
             field,
             ..self.site(&self.scene, &program)
         };
-        let (fresh, _) = self.representation.build(&site, lattice).await?;
+        let (fresh, _) = self.representation.build(&site, voxel_grid).await?;
         let fresh = match (fresh, field) {
             (Storage::Cpu(volume), _) => volume,
             (Storage::Gpu(volume), Some(field)) => volume.download(field.gpu()).await?,
