@@ -1,8 +1,10 @@
 //! `cargo xtask test`.
 
 use anyhow::bail;
+use std::fs;
+use std::path::{Path, PathBuf};
 use xtask::apt::{install, quietly, quietly_with};
-use xtask::{LINT_WHILE_COMPILING, chore, run, run_with};
+use xtask::{LINT_WHILE_COMPILING, chore, root, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
 
@@ -21,7 +23,18 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     ensure_typos()?;
     run("typos", &[])?;
     ensure_deny()?;
-    run("cargo", &["deny", "check", "licenses", "bans", "sources"])?;
+    run(
+        "cargo",
+        &[
+            "deny",
+            "check",
+            "--hide-inclusion-graph",
+            "licenses",
+            "bans",
+            "sources",
+        ],
+    )?;
+    forget_packages();
     run("cargo", &packages())?;
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
     compiled(&["build", "--workspace", "--all-targets", "--locked"])?;
@@ -52,8 +65,43 @@ fn documentation() -> Vec<&'static str> {
 /// Packages every crate that others can use, and compiles each from its package.
 fn packages() -> Vec<&'static str> {
     let mut arguments = vec!["package", "--workspace", "--locked", "--allow-dirty"];
+    arguments.extend(["--target-dir", PACKAGE_TARGET]);
     arguments.extend(NOT_DOCUMENTED.iter().flat_map(|name| ["--exclude", name]));
     arguments
+}
+
+/// Where packages are compiled.
+const PACKAGE_TARGET: &str = "target/packages";
+
+/// Removes what earlier runs left of our packages. Cargo unpacks a package that another one depends on once per
+/// version, and does not notice that its contents changed.
+fn forget_packages() {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::home_dir().map(|own| own.join(".cargo")));
+    let registry = home.unwrap_or_default().join("registry");
+    let folders = ["src", "cache"].map(|name| registry.join(name));
+    let registries = folders.iter().flat_map(entries);
+    // The name of a local registry has no host.
+    let local = registries.filter(|path| file_name(path).starts_with('-'));
+    let built = root().join(PACKAGE_TARGET).join("debug/.fingerprint");
+    for path in local.chain([built]).flat_map(entries) {
+        if file_name(&path).starts_with("argil") {
+            // What cannot be removed makes the check of packages fail, or is not used.
+            let _ = fs::remove_dir_all(&path).or_else(|_| fs::remove_file(&path));
+        }
+    }
+}
+
+fn entries(folder: impl AsRef<Path>) -> Vec<PathBuf> {
+    let found = fs::read_dir(folder).into_iter().flatten().flatten();
+    found.map(|entry| entry.path()).collect()
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// Ensures that GPU tests have a device, a software one if there is no other.
