@@ -1,6 +1,6 @@
-//! The pool on the device: its texture and its free places.
+//! The pool on the device: its texture and its free slots.
 //!
-//! *Practice.* The device takes bricks and returns them. A stack of free places is behind its counters. The CPU
+//! *Practice.* The device takes bricks and returns them. A stack of free slots is behind its counters. The CPU
 //! knows an upper bound on the number of bricks: the last counters that it read, plus one brick per cell that edits
 //! can have sampled since. So it makes room before an edit is submitted, and nobody waits. After each edit, the
 //! counters are copied to a staging buffer, which is read when its mapping completes.
@@ -62,7 +62,7 @@ impl BrickTables {
         self.resize(field, texture, pool, mixed_room).map(Some)
     }
 
-    /// Whether there is room for a stack of free places.
+    /// Whether there is room for a stack of free slots.
     fn has_stack(&self) -> bool {
         let capacity: u64 = self.pool.map(u64::from).iter().product();
         let with_stack = 4 * (u64::from(abi::COUNTERS) + capacity + self.mixed);

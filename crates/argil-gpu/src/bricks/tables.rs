@@ -51,7 +51,7 @@ pub(super) fn bytes_of(
     mixed: u64,
 ) -> u64 {
     let bricks: u64 = pool.map(u64::from).iter().product();
-    // With a stack of free places.
+    // With a stack of free slots.
     let of_mixed = (8 * PLACES + 4) * mixed;
     let brick = gpu.texture_bytes(measures.encoding.format, measures.brick_bytes());
     cells.memory_bytes() + bricks * (brick + 8) + of_mixed

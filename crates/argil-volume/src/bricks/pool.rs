@@ -1,6 +1,6 @@
 //! Adds and removes bricks of the pool.
 //!
-//! The pool has no holes between edits. Bricks that an edit needs take freed places, and then the last bricks move
+//! The pool has no holes between edits. Bricks that an edit needs take freed slots, and then the last bricks move
 //! into the rest. So files and other devices see the same as after a bake, and an edit moves no more bricks than it
 //! freed.
 
