@@ -57,18 +57,20 @@ impl Program {
         }
     }
 
-    /// Returns what `f32` arithmetic can add to distances near the surface, for coordinates up to `farthest`, in a
-    /// world of typical size `base`.
-    pub fn rounding_at(&self, base: f32, farthest: f32) -> f32 {
-        self.clearance_model_in(base).at(base, farthest).slack
+    /// Returns what `f32` arithmetic can add to distances near the surface, for coordinates up to `max_coordinate`, in a
+    /// world of typical size `typical_size`.
+    pub fn rounding_at(&self, typical_size: f32, max_coordinate: f32) -> f32 {
+        self.clearance_model_in(typical_size)
+            .at(typical_size, max_coordinate)
+            .slack
     }
 
     /// Returns the [`Program::clearance_model`] for points near the origin and the surface, where nothing jumps, in
-    /// a world of typical size `base`. See [`ClearanceModel::at`] for other points, and [`ClearanceModel::with`]
+    /// a world of typical size `typical_size`. See [`ClearanceModel::at`] for other points, and [`ClearanceModel::with`]
     /// for jumps.
-    pub fn clearance_model_in(&self, base: f32) -> ClearanceModel {
+    pub fn clearance_model_in(&self, typical_size: f32) -> ClearanceModel {
         ClearanceModel {
-            slack: self.rounding_about(base, base),
+            slack: self.rounding_about(typical_size, typical_size),
             hidden: 0.0,
             isolation: f32::MAX,
             steepness: 1.000_01 * self.lipschitz,
@@ -101,19 +103,19 @@ impl Program {
 
     /// Returns the error that `f32` arithmetic can add to a distance in the box.
     pub fn rounding(&self, region: Aabb) -> f32 {
-        let farthest = region.min.abs().max(region.max.abs()).max_element();
-        self.rounding_about(farthest, farthest)
+        let max_coordinate = region.min.abs().max(region.max.abs()).max_element();
+        self.rounding_about(max_coordinate, max_coordinate)
     }
 
-    fn rounding_about(&self, farthest: f32, base: f32) -> f32 {
+    fn rounding_about(&self, max_coordinate: f32, typical_size: f32) -> f32 {
         // Operands no larger than a few base lengths change nothing, so editing them does not affect other
         // places.
-        let magnitude = if self.magnitude > 4.0 * base {
+        let magnitude = if self.magnitude > 4.0 * typical_size {
             self.magnitude
         } else {
-            base
+            typical_size
         };
-        64.0 * f32::EPSILON * (farthest + 2.0 * magnitude)
+        64.0 * f32::EPSILON * (max_coordinate + 2.0 * magnitude)
     }
 }
 
@@ -135,12 +137,12 @@ pub struct ClearanceModel {
 const PLACE_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 impl ClearanceModel {
-    /// Returns the model for coordinates up to `farthest`, from [`Program::clearance_model_in`]. Far from the
+    /// Returns the model for coordinates up to `max_coordinate`, from [`Program::clearance_model_in`]. Far from the
     /// origin, only the map into a nearby operand's space is less precise.
     #[inline]
-    pub fn at(self, base: f32, farthest: f32) -> Self {
-        let beyond = if farthest > base {
-            farthest - base
+    pub fn at(self, typical_size: f32, max_coordinate: f32) -> Self {
+        let beyond = if max_coordinate > typical_size {
+            max_coordinate - typical_size
         } else {
             0.0
         };

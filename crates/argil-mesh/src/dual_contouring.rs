@@ -26,22 +26,22 @@ const RIM: f32 = -0.1;
 
 /// Returns the dual mesh of a surface whose vertices were [projected](crate::project_to_field::project_to_field),
 /// without normals.
-pub fn contour(voxel_grid: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops) -> Mesh {
+pub fn contour(voxel_grid: &VoxelGrid, surface: &MarchedMesh, loops: &CellLoops) -> Mesh {
     let MarchedMesh {
         mesh,
         groups,
         edge_distances: spans,
-    } = marched;
-    let mut positions: Vec<Vec3> = (0..rings.cells.len())
+    } = surface;
+    let mut positions: Vec<Vec3> = (0..loops.cells.len())
         .into_par_iter()
         .with_min_len(256)
         .map(|ring| {
-            let planes = rings
+            let planes = loops
                 .of(ring)
                 .iter()
                 .map(|&v| (mesh.positions[v as usize], mesh.normals[v as usize]));
             let met = meet(planes);
-            let first = rings.cells[ring].as_vec3();
+            let first = loops.cells[ring].as_vec3();
             let low = voxel_grid.corner + voxel_grid.voxel_size * (first + RIM);
             let high = voxel_grid.corner + voxel_grid.voxel_size * (first + 1.0 - RIM);
             met.clamp(low, high)
@@ -52,7 +52,7 @@ pub fn contour(voxel_grid: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops)
         let mut begin = group.begin;
         for (axis, &end) in group.ends.iter().enumerate() {
             let own = begin as usize..end as usize;
-            let vertices = rings.loops_around_edge[own.clone()]
+            let vertices = loops.loops_around_edge[own.clone()]
                 .iter()
                 .zip(&spans[own.clone()]);
             for (([a, b, c, d], span), normal) in vertices.zip(&mesh.normals[own]) {
@@ -73,7 +73,7 @@ pub fn contour(voxel_grid: &VoxelGrid, marched: &MarchedMesh, rings: &CellLoops)
             begin = end;
         }
     }
-    edge_crossing(voxel_grid, rings, &triangles, &mut positions);
+    edge_crossing(voxel_grid, loops, &triangles, &mut positions);
     Mesh {
         positions,
         triangles,
@@ -88,7 +88,7 @@ const PARTING: f32 = 1e-3;
 /// vertices at one place.
 fn edge_crossing(
     voxel_grid: &VoxelGrid,
-    rings: &CellLoops,
+    loops: &CellLoops,
     triangles: &[[u32; 3]],
     positions: &mut [Vec3],
 ) {
@@ -101,7 +101,7 @@ fn edge_crossing(
     corners.sort_unstable();
     corners.dedup();
     for corner in corners {
-        let cell = rings.cells[corner as usize].as_vec3() + 0.5;
+        let cell = loops.cells[corner as usize].as_vec3() + 0.5;
         let middle = voxel_grid.corner + voxel_grid.voxel_size * cell;
         let place = &mut positions[corner as usize];
         *place = place.lerp(middle, PARTING);

@@ -20,22 +20,26 @@ const OUT: f32 = 0.05;
 /// leaves its edge. One evaluation of the gradient follows, next to the surface.
 ///
 /// # Panics
-/// If `marched` was not made from bricks of this program and these cell programs.
-pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut MarchedMesh) {
+/// If `surface` was not made from bricks of this program and these cell programs.
+pub fn project_to_field(
+    program: &Program,
+    cell_programs: &CellPrograms,
+    surface: &mut MarchedMesh,
+) {
     let MarchedMesh {
         mesh,
         groups,
         edge_distances: spans,
-    } = marched;
+    } = surface;
     mesh.normals = vec![Vec3::ZERO; mesh.positions.len()];
-    let voxel = lists.layout().voxel_grid.voxel_size;
+    let voxel = cell_programs.layout().voxel_grid.voxel_size;
     let jobs = split(groups, &mut mesh.positions, &mut mesh.normals);
     let whole = program.instructions();
     jobs.into_par_iter().with_min_len(8).for_each_init(
         || (Evaluator::new(program), Box::new([[0.0; LANES]; 7])),
         |(evaluator, room), (group, positions, normals)| {
             // Bricks of a file may be where the field is not.
-            let list = lists.cell_program(group.cell).unwrap_or(whole);
+            let list = cell_programs.cell_program(group.cell).unwrap_or(whole);
             let mut at = group.begin as usize;
             let parts = positions.chunks_mut(LANES).zip(normals.chunks_mut(LANES));
             for (positions, normals) in parts {
@@ -69,13 +73,13 @@ pub fn project_to_field(program: &Program, lists: &CellPrograms, marched: &mut M
 /// which would be lit from inside. Dual contouring uses the gradients unchanged.
 ///
 /// # Panics
-/// If `marched` has a vertex outside its ranges.
-pub fn orient_normals(marched: &mut MarchedMesh) {
+/// If `surface` has a vertex outside its ranges.
+pub fn orient_normals(surface: &mut MarchedMesh) {
     let MarchedMesh {
         mesh,
         groups,
         edge_distances: spans,
-    } = marched;
+    } = surface;
     for group in groups {
         for at in group.begin..group.ends[2] {
             let axis = group.ends.iter().position(|&end| at < end);
@@ -169,48 +173,58 @@ fn split<'a, T>(
 }
 
 /// Gives the vertices the field's gradient as normals, evaluated next to the surface as in [`project_to_field`].
-pub fn normals(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
+pub fn normals(program: &Program, cell_programs: &CellPrograms, mesh: &mut Mesh) {
     let positions = &mesh.positions;
-    let voxel = lists.layout().voxel_grid.voxel_size;
-    mesh.normals = each(program, lists, positions, |evaluator, list, positions| {
-        let mut room = Box::new([[0.0; LANES]; 7]);
-        let unit = |room: &PointBuffers, i: usize| {
-            Vec3::from([4, 5, 6].map(|k| room[k][i])).normalize_or_zero()
-        };
-        look(evaluator, list, positions, &mut room);
-        let off = OUT * voxel;
-        let beside = |(i, &p): (usize, &Vec3)| p + off * unit(&room, i);
-        let beside: Vec<Vec3> = positions.iter().enumerate().map(beside).collect();
-        look(evaluator, list, &beside, &mut room);
-        (0..positions.len()).map(|i| unit(&room, i)).collect()
-    });
+    let voxel = cell_programs.layout().voxel_grid.voxel_size;
+    mesh.normals = each(
+        program,
+        cell_programs,
+        positions,
+        |evaluator, list, positions| {
+            let mut room = Box::new([[0.0; LANES]; 7]);
+            let unit = |room: &PointBuffers, i: usize| {
+                Vec3::from([4, 5, 6].map(|k| room[k][i])).normalize_or_zero()
+            };
+            look(evaluator, list, positions, &mut room);
+            let off = OUT * voxel;
+            let beside = |(i, &p): (usize, &Vec3)| p + off * unit(&room, i);
+            let beside: Vec<Vec3> = positions.iter().enumerate().map(beside).collect();
+            look(evaluator, list, &beside, &mut room);
+            (0..positions.len()).map(|i| unit(&room, i)).collect()
+        },
+    );
 }
 
 /// Gives the vertices the field's materials.
-pub fn materials(program: &Program, lists: &CellPrograms, mesh: &mut Mesh) {
+pub fn materials(program: &Program, cell_programs: &CellPrograms, mesh: &mut Mesh) {
     let positions = &mesh.positions;
     if let [only] = program.materials() {
         mesh.materials = vec![*only; positions.len()];
         return;
     }
-    mesh.materials = each(program, lists, positions, |evaluator, list, positions| {
-        let n = positions.len();
-        let mut lanes = [[0.0; LANES]; 4];
-        let [x, y, z, d] = &mut lanes;
-        for (i, p) in positions.iter().enumerate() {
-            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
-        }
-        let mut found = vec![GpuMaterial::default(); n];
-        evaluator.materials_with(list, [&x[..n], &y[..n], &z[..n]], &mut d[..n], &mut found);
-        found
-    });
+    mesh.materials = each(
+        program,
+        cell_programs,
+        positions,
+        |evaluator, list, positions| {
+            let n = positions.len();
+            let mut lanes = [[0.0; LANES]; 4];
+            let [x, y, z, d] = &mut lanes;
+            for (i, p) in positions.iter().enumerate() {
+                (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+            }
+            let mut found = vec![GpuMaterial::default(); n];
+            evaluator.materials_with(list, [&x[..n], &y[..n], &z[..n]], &mut d[..n], &mut found);
+            found
+        },
+    );
 }
 
 /// Returns the signed distances of a mesh's vertices: their errors.
-pub fn distances(program: &Program, lists: &CellPrograms, mesh: &Mesh) -> Vec<f32> {
+pub fn distances(program: &Program, cell_programs: &CellPrograms, mesh: &Mesh) -> Vec<f32> {
     each(
         program,
-        lists,
+        cell_programs,
         &mesh.positions,
         |evaluator, list, positions| {
             let n = positions.len();
@@ -229,11 +243,11 @@ pub fn distances(program: &Program, lists: &CellPrograms, mesh: &Mesh) -> Vec<f3
 /// Evaluates points in batches of one cell with its pruned program.
 fn each<T: Copy + Default + Send>(
     program: &Program,
-    lists: &CellPrograms,
+    cell_programs: &CellPrograms,
     points: &[Vec3],
     ask: impl Fn(&mut Evaluator<'_>, &[Instruction], &[Vec3]) -> Vec<T> + Sync,
 ) -> Vec<T> {
-    let layout = lists.layout();
+    let layout = cell_programs.layout();
     let cell = |p: Vec3| layout.cell_of(p);
     let mut order: Vec<([i32; 3], u32)> = (0u32..)
         .zip(points)
@@ -254,7 +268,7 @@ fn each<T: Copy + Default + Send>(
             || Evaluator::new(program),
             |evaluator, run| {
                 let own: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
-                let list = lists.cell_program(cell(own[0]));
+                let list = cell_programs.cell_program(cell(own[0]));
                 ask(evaluator, list.unwrap_or(program.instructions()), &own)
             },
         )

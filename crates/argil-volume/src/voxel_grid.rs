@@ -109,7 +109,7 @@ impl VoxelGrid {
     /// If the resolution is outside [`RESOLUTION_RANGE`].
     pub fn fitting(
         solid: Aabb,
-        frame: Option<Aabb>,
+        view_bounds: Option<Aabb>,
         resolution: u32,
     ) -> Result<Self, ResolutionError> {
         if !RESOLUTION_RANGE.contains(&resolution) {
@@ -118,7 +118,7 @@ impl VoxelGrid {
         // The margin's voxels count among the resolution.
         let voxel_of =
             |whole: Aabb| whole.size().max_element() / (resolution as f32 - 2.0 * MARGIN_VOXELS);
-        let (held, is_cut) = contained_box(solid, frame, voxel_of);
+        let (held, is_cut) = contained_box(solid, view_bounds, voxel_of);
         let voxel_grid = Self::covering(held, resolution)?;
         Ok(Self {
             is_clipped: is_cut,
@@ -133,15 +133,18 @@ impl VoxelGrid {
     /// If there would be too few or too many voxels along the longest side.
     pub fn with_voxel_size(
         solid: Aabb,
-        frame: Option<Aabb>,
+        view_bounds: Option<Aabb>,
         voxel: f32,
         most: u32,
     ) -> Result<Self, VoxelSizeError> {
-        let (held, is_cut) = contained_box(solid, frame, |_| voxel);
+        let (held, is_cut) = contained_box(solid, view_bounds, |_| voxel);
         let count = (held.size() / voxel - 1e-3).ceil();
         let longest = count.max_element() as u32;
         if !(voxel > 0.0 && (*RESOLUTION_RANGE.start()..=most).contains(&longest)) {
-            let longest = contained_box(solid, frame, |_| 0.0).0.size().max_element();
+            let longest = contained_box(solid, view_bounds, |_| 0.0)
+                .0
+                .size()
+                .max_element();
             return Err(VoxelSizeError {
                 max: most,
                 voxel_size: voxel,
@@ -197,12 +200,12 @@ impl VoxelGrid {
     ///
     /// # Errors
     /// If the box is too far from the grid's corner.
-    pub fn recomputed(&self, solid: Aabb, frame: Option<Aabb>) -> Result<Self, TooFarError> {
-        let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+    pub fn recomputed(&self, solid: Aabb, view_bounds: Option<Aabb>) -> Result<Self, TooFarError> {
+        let view_bounds = view_bounds.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
         let held = if solid.is_finite() {
-            frame.union(solid.grown(MARGIN_VOXELS * self.voxel_size))
-        } else if frame.is_finite() {
-            frame
+            view_bounds.union(solid.grown(MARGIN_VOXELS * self.voxel_size))
+        } else if view_bounds.is_finite() {
+            view_bounds
         } else {
             Aabb::centered(Vec3::ONE)
         };
@@ -277,14 +280,18 @@ impl VoxelGrid {
 
 /// Returns the box of a grid and whether it clips the solid. The solid's box and the bounds determine the voxel
 /// size.
-fn contained_box(solid: Aabb, frame: Option<Aabb>, voxel_of: impl Fn(Aabb) -> f32) -> (Aabb, bool) {
-    let frame = frame.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
+fn contained_box(
+    solid: Aabb,
+    view_bounds: Option<Aabb>,
+    voxel_of: impl Fn(Aabb) -> f32,
+) -> (Aabb, bool) {
+    let view_bounds = view_bounds.filter(|f| f.is_finite()).unwrap_or(Aabb::EMPTY);
     if solid.is_finite() {
-        let voxel = voxel_of(frame.union(solid));
-        return (frame.union(solid.grown(MARGIN_VOXELS * voxel)), false);
+        let voxel = voxel_of(view_bounds.union(solid));
+        return (view_bounds.union(solid.grown(MARGIN_VOXELS * voxel)), false);
     }
-    let held = if frame.is_finite() {
-        frame
+    let held = if view_bounds.is_finite() {
+        view_bounds
     } else {
         Aabb::centered(Vec3::ONE)
     };
@@ -310,15 +317,15 @@ mod tests {
 
     #[test]
     fn a_frame_with_room_to_spare_is_the_box_itself() {
-        let frame = Aabb::centered(Vec3::ONE);
+        let view_bounds = Aabb::centered(Vec3::ONE);
         let solid = Aabb::centered(Vec3::splat(0.9));
-        let voxel_grid = VoxelGrid::fitting(solid, Some(frame), 256).expect("a voxel grid");
-        assert_eq!(voxel_grid.aabb(), frame);
+        let voxel_grid = VoxelGrid::fitting(solid, Some(view_bounds), 256).expect("a voxel grid");
+        assert_eq!(voxel_grid.aabb(), view_bounds);
         assert_eq!(voxel_grid.size, UVec3::splat(256));
-        let infinite = VoxelGrid::fitting(Aabb::ALL, Some(frame), 64).expect("a voxel grid");
-        assert_eq!(infinite.aabb(), frame);
+        let infinite = VoxelGrid::fitting(Aabb::ALL, Some(view_bounds), 64).expect("a voxel grid");
+        assert_eq!(infinite.aabb(), view_bounds);
         let nothing = VoxelGrid::fitting(Aabb::EMPTY, None, 64).expect("a voxel grid");
-        assert_eq!(nothing.aabb(), frame);
+        assert_eq!(nothing.aabb(), view_bounds);
     }
 
     #[test]

@@ -59,20 +59,20 @@ impl EditQueue {
     }
 
     /// Adds the work of earlier edits.
-    pub fn merge(&mut self, layout: &BrickLayout, live: &IncrementalProgram, left: Self) {
-        if left.units.is_empty() {
+    pub fn merge(&mut self, layout: &BrickLayout, live: &IncrementalProgram, remaining: Self) {
+        if remaining.units.is_empty() {
             return;
         }
-        let all = self.units.iter().chain(&left.units);
+        let all = self.units.iter().chain(&remaining.units);
         let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
         self.units = units(layout, live, blocks.collect());
-        self.boxes.extend(left.boxes);
-        self.loosened.extend(left.loosened);
+        self.boxes.extend(remaining.boxes);
+        self.loosened.extend(remaining.loosened);
         self.is_latest = false;
     }
 
     /// Cuts batches small, and sorts them by their distance to a point.
-    pub fn sort_by_distance(&mut self, layout: &BrickLayout, eye: Vec3) {
+    pub fn sort_by_distance(&mut self, layout: &BrickLayout, priority_point: Vec3) {
         let cut = |unit: &EditBatch| -> Vec<EditBatch> {
             let few = unit.blocks.chunks(SHORT_UNIT);
             let blocks = few.map(<[IVec3]>::to_vec);
@@ -83,7 +83,7 @@ impl EditQueue {
         let nearest = |unit: &EditBatch| {
             let distances = unit.blocks.iter().map(|&block| {
                 let middle = layout.center(block, BLOCK_SIDE);
-                middle.distance_squared(eye)
+                middle.distance_squared(priority_point)
             });
             distances.fold(f32::INFINITY, f32::min)
         };
