@@ -340,7 +340,7 @@ fn nearby_pieces_give_the_whole_field() {
     );
     let around = Aabb::centered(Vec3::splat(1.2));
     let near = NearField::new(&program, around, 0.25).expect("it is of many pieces");
-    assert!(near.far() >= 0.25);
+    assert!(near.far_length() >= 0.25);
     let mut evaluator = NearEvaluator::new(&near);
     let mut numbers = CaseRng::new(29);
     let count = 20_000;
@@ -354,8 +354,8 @@ fn nearby_pieces_give_the_whole_field() {
     let (mut below, mut beyond) = (0, 0);
     for ((p, found), whole) in points.iter().zip(&found).zip(&whole) {
         let is_in = around.contains(*p);
-        if is_in && *whole >= near.far() {
-            assert_eq!(*found, near.far(), "at {p}: {whole}");
+        if is_in && *whole >= near.far_length() {
+            assert_eq!(*found, near.far_length(), "at {p}: {whole}");
             beyond += 1;
         } else {
             assert_eq!(found.to_bits(), whole.to_bits(), "at {p}: {found}, {whole}");

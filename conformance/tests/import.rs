@@ -192,5 +192,8 @@ fn wrong_trees_are_refused_with_their_place() {
         &|t| drop(t.as_object_mut().expect("an object").remove("rightChild")),
         "/: rightChild: is missing",
     );
-    refused(&|t| t["leftChild"] = json!(7), "Number");
+    refused(
+        &|t| t["leftChild"] = json!(7),
+        "json:4:16: not a tree file: expected object, found number",
+    );
 }

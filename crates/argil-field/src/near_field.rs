@@ -63,12 +63,12 @@ struct NearLevel {
 }
 
 impl<'a> NearField<'a> {
-    /// Creates a field for points of a finite box and distances up to `far`. Returns `None` if the program's pieces
+    /// Creates a field for points of a finite box and distances up to `far_length`. Returns `None` if the program's pieces
     /// are not [tracked](Program::operand_count), or if there is a morph, which makes everything matter everywhere.
-    pub fn new(program: &'a Program, around: Aabb, far: f32) -> Option<Self> {
+    pub fn new(program: &'a Program, around: Aabb, far_length: f32) -> Option<Self> {
         let all = &program.operands;
         let size = around.size().max_element();
-        let is_usual = size > 0.0 && size.is_finite() && far > 0.0;
+        let is_usual = size > 0.0 && size.is_finite() && far_length > 0.0;
         if !program.is_local() || !is_usual {
             return None;
         }
@@ -76,7 +76,7 @@ impl<'a> NearField<'a> {
         count = count.ceil().clamp(1.0, MAX_PARTS);
         // Counted before anything is allocated: large pieces can be in more parts than fit into memory.
         while count > 4.0 {
-            let grid = NearGrid::new(program, around, size / count, far);
+            let grid = NearGrid::new(program, around, size / count, far_length);
             let entries: u64 = all.iter().map(|own| grid.covered_by(program, own)).sum();
             if entries <= MAX_ENTRIES * all.len() as u64 {
                 break;
@@ -85,7 +85,10 @@ impl<'a> NearField<'a> {
         }
         let mut levels = Vec::new();
         loop {
-            let level = NearLevel::new(program, NearGrid::new(program, around, size / count, far));
+            let level = NearLevel::new(
+                program,
+                NearGrid::new(program, around, size / count, far_length),
+            );
             let entries = level.operands.len() as u64;
             let lengths = level
                 .begins
@@ -95,7 +98,7 @@ impl<'a> NearField<'a> {
             if is_long && !levels.is_empty() {
                 break;
             }
-            let is_enough = level.grid.parts.far >= far;
+            let is_enough = level.grid.parts.far >= far_length;
             levels.push(level);
             if is_enough {
                 break;
@@ -106,7 +109,7 @@ impl<'a> NearField<'a> {
     }
 
     /// Returns the distance beyond which results are clamped.
-    pub fn far(&self) -> f32 {
+    pub fn far_length(&self) -> f32 {
         self.levels.last().map_or(0.0, |level| level.grid.parts.far)
     }
 }
@@ -115,18 +118,18 @@ impl NearGrid {
     fn new(program: &Program, around: Aabb, edge: f32, most: f32) -> Self {
         // The last level reaches as far as requested.
         let own = FAR * edge;
-        let far = if 1.5 * own < most { own } else { most };
+        let far_length = if 1.5 * own < most { own } else { most };
         let parts = PartGrid {
             corner: around.min,
             edge,
-            far,
+            far: far_length,
             base: around.size().max_element(),
         };
         Self {
             parts,
             around,
             size: (around.size() / edge).ceil().as_uvec3().max(UVec3::ONE),
-            falls: program.falls(far),
+            falls: program.falls(far_length),
         }
     }
 
@@ -317,8 +320,8 @@ impl<'a> NearEvaluator<'a> {
     }
 
     /// Returns the distance beyond which results are clamped: see [`NearField::far`].
-    pub fn far(&self) -> f32 {
-        self.field.far()
+    pub fn far_length(&self) -> f32 {
+        self.field.far_length()
     }
 
     /// Computes the signed distances of any number of points into `out`, clamped to [`NearField::far`]. Points
@@ -386,12 +389,12 @@ impl<'a> NearEvaluator<'a> {
         }
     }
 
-    /// Evaluates points with a program that holds below `far`. Other points are left for the next level, unless
+    /// Evaluates points with a program that holds below `far_length`. Other points are left for the next level, unless
     /// this is the last.
     fn evaluate(
         &mut self,
         list: &[Instruction],
-        far: f32,
+        far_length: f32,
         is_last: bool,
         own: &[(u32, u32)],
         points: [&[f32]; 3],
@@ -410,13 +413,13 @@ impl<'a> NearEvaluator<'a> {
             match wanted {
                 Wanted::Distances(out) => {
                     if list.is_empty() {
-                        d.fill(far);
+                        d.fill(far_length);
                     } else {
                         self.evaluator.distances_with(list, x, y, z, d);
                     }
                     for (&d, &(_, i)) in d.iter().zip(own) {
-                        if d < far || is_last {
-                            out[i as usize] = d.min(far);
+                        if d < far_length || is_last {
+                            out[i as usize] = d.min(far_length);
                         } else {
                             self.next.push(i);
                         }
@@ -426,7 +429,7 @@ impl<'a> NearEvaluator<'a> {
                     let materials = &mut batch.materials[..n];
                     self.evaluator.materials_with(list, [x, y, z], d, materials);
                     for ((found, d), &(_, i)) in materials.iter().zip(d).zip(own) {
-                        if *d < far || is_last {
+                        if *d < far_length || is_last {
                             out[i as usize] = *found;
                         } else {
                             self.next.push(i);

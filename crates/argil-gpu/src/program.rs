@@ -97,17 +97,17 @@ impl GpuProgram {
     ///
     /// # Errors
     /// If the device cannot run the program. Nothing changes then.
-    pub fn update_from(&mut self, live: &IncrementalProgram) -> Result<(), GpuError> {
-        let program = live.program();
+    pub fn update_from(&mut self, incremental: &IncrementalProgram) -> Result<(), GpuError> {
+        let program = incremental.program();
         check_depth(program)?;
-        let budget = budget(&self.gpu, live.max_iterations())?;
+        let budget = budget(&self.gpu, incremental.max_iterations())?;
         self.instrs.reserve(
             &self.gpu,
-            (live.instruction_count() * size_of::<Instruction>()) as u64,
+            (incremental.instruction_count() * size_of::<Instruction>()) as u64,
         )?;
-        self.extend_opcodes(live.opcodes());
+        self.extend_opcodes(incremental.opcodes());
         let params = program.params();
-        let written: usize = live
+        let written: usize = incremental
             .dirty_ranges()
             .iter()
             .map(|&(a, b)| (b - a) as usize)
@@ -118,7 +118,7 @@ impl GpuProgram {
             .is_some_and(|buffer| buffer.size() >= size_of_val(params) as u64);
         if self.is_live && has_room && 4 * written < params.len() {
             self.params.reserve(&self.gpu, size_of_val(params) as u64)?;
-            for (begin, end) in joined(live.dirty_ranges()) {
+            for (begin, end) in joined(incremental.dirty_ranges()) {
                 let words = &params[begin as usize..end as usize];
                 let at = u64::from(begin) * size_of::<f32>() as u64;
                 self.params
@@ -128,7 +128,7 @@ impl GpuProgram {
             self.params.write(&self.gpu, params)?;
         }
         self.materials.write(&self.gpu, program.materials())?;
-        self.length = live.instruction_count().max(1);
+        self.length = incremental.instruction_count().max(1);
         self.budget = budget;
         self.is_live = true;
         *self.is_whole.get_mut() = false;

@@ -83,7 +83,7 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
 pub(crate) struct EditContext<'a> {
     pub field: &'a GpuProgram,
     /// The program that the field [follows](GpuProgram::update_from).
-    pub live: &'a IncrementalProgram,
+    pub incremental: &'a IncrementalProgram,
     pub edits: &'a mut dyn PendingEdits,
     /// Maximum bytes.
     pub budget: Option<u64>,
@@ -244,7 +244,7 @@ impl GpuVolume {
         self.kind.grow(&mut self.body, gpu, edits)
     }
 
-    /// Submits remaining edits without waiting, all of them or about as much as the device does in a time. `live`
+    /// Submits remaining edits without waiting, all of them or about as much as the device does in a time. `incremental`
     /// is the program that `field` [follows](GpuProgram::update_from).
     ///
     /// # Errors
@@ -252,14 +252,14 @@ impl GpuVolume {
     pub async fn edit(
         &mut self,
         field: &GpuProgram,
-        live: &IncrementalProgram,
+        incremental: &IncrementalProgram,
         edits: &mut dyn PendingEdits,
         budget: Option<u64>,
         within: Option<Duration>,
     ) -> Result<(), GpuError> {
         let editing = EditContext {
             field,
-            live,
+            incremental,
             edits,
             budget,
             within,

@@ -331,7 +331,7 @@ fn blocks_of_samples_are_exact_near_the_surface() {
         let mut told = vec![0.0; 729];
         solid.sample_block(&block, &mut told);
         for (i, &d) in told.iter().enumerate() {
-            let right = solid.distance(block.place(i));
+            let right = solid.distance(block.position(i));
             if right.abs() > 1e-6 {
                 assert_eq!(d < 0.0, right < 0.0, "{d} {right}");
             }

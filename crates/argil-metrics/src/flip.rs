@@ -37,11 +37,11 @@ impl FlipMap {
 ///
 /// # Errors
 /// If the sizes differ.
-pub fn flip(a: &Rgb8Image, b: &Rgb8Image, pixels_a_degree: f32) -> Result<FlipMap, SizeMismatch> {
+pub fn flip(a: &Rgb8Image, b: &Rgb8Image, pixels_per_degree: f32) -> Result<FlipMap, SizeMismatch> {
     check_sizes(a, b)?;
     let [own, other] = [a, b].map(opponent);
-    let color = color_difference(&own, &other, pixels_a_degree);
-    let feature = feature_difference(&own[0], &other[0], pixels_a_degree);
+    let color = color_difference(&own, &other, pixels_per_degree);
+    let feature = feature_difference(&own[0], &other[0], pixels_per_degree);
     let values = color
         .par_iter()
         .zip(&feature)
@@ -109,12 +109,12 @@ const SENSITIVITY: [[[f32; 2]; 2]; 3] = [
 ];
 
 /// Returns a channel as the eye sees it.
-fn blurred(plane: &FilterPlane, channel: usize, pixels_a_degree: f32) -> FilterPlane {
+fn blurred(plane: &FilterPlane, channel: usize, pixels_per_degree: f32) -> FilterPlane {
     let widest = 0.04f32;
-    let reach = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_a_degree).ceil() as i32;
+    let reach = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
     let gaussians = SENSITIVITY[channel].map(|[a, b]| {
         let line: Vec<f32> = (-reach..=reach)
-            .map(|i| (-PI * PI * (i as f32 / pixels_a_degree).powi(2) / b).exp())
+            .map(|i| (-PI * PI * (i as f32 / pixels_per_degree).powi(2) / b).exp())
             .collect();
         let sum: f32 = line.iter().sum();
         // The sum of the Gaussian's own window over both axes.
@@ -161,10 +161,14 @@ fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + ((a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }
 
-fn color_difference(a: &[FilterPlane; 3], b: &[FilterPlane; 3], pixels_a_degree: f32) -> Vec<f32> {
+fn color_difference(
+    a: &[FilterPlane; 3],
+    b: &[FilterPlane; 3],
+    pixels_per_degree: f32,
+) -> Vec<f32> {
     let (white, to_rgb) = (white(), inverse(&XYZ));
     let seen = |planes: &[FilterPlane; 3]| {
-        let planes = [0, 1, 2].map(|k| blurred(&planes[k], k, pixels_a_degree));
+        let planes = [0, 1, 2].map(|k| blurred(&planes[k], k, pixels_per_degree));
         let count = planes[0].values.len();
         let lab = (0..count).into_par_iter().map(|i| {
             let [y, cx, cz] = [0, 1, 2].map(|k| planes[k].values[i]);
@@ -208,9 +212,9 @@ fn balanced(line: &[f32], gaussian: &[f32]) -> Vec<f32> {
         .collect()
 }
 
-fn feature_difference(a: &FilterPlane, b: &FilterPlane, pixels_a_degree: f32) -> Vec<f32> {
+fn feature_difference(a: &FilterPlane, b: &FilterPlane, pixels_per_degree: f32) -> Vec<f32> {
     // Half the width of a detected edge, in degrees.
-    let sigma = 0.5 * 0.082 * pixels_a_degree;
+    let sigma = 0.5 * 0.082 * pixels_per_degree;
     let reach = (3.0 * sigma).ceil() as i32;
     let places: Vec<f32> = (-reach..=reach).map(|i| i as f32).collect();
     let of = |f: &dyn Fn(f32, f32) -> f32| -> Vec<f32> {

@@ -35,7 +35,9 @@ impl<'a> FieldProbe<'a> {
 
     /// Returns the distance beyond which results are clamped.
     pub fn far(&self) -> f32 {
-        self.near.as_ref().map_or(f32::INFINITY, NearEvaluator::far)
+        self.near
+            .as_ref()
+            .map_or(f32::INFINITY, NearEvaluator::far_length)
     }
 
     /// Computes the distances of points into their `d`.

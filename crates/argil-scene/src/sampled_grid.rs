@@ -53,7 +53,7 @@ pub trait DistanceSampler: Sync {
 
     /// Computes the signed distances of a block's points, x fastest.
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
-        let places: Vec<Vec3> = (0..FINE).map(|i| block.place(i)).collect();
+        let places: Vec<Vec3> = (0..FINE).map(|i| block.position(i)).collect();
         self.distances(&places, out);
     }
 }
@@ -82,7 +82,7 @@ pub struct SampledBlock {
 impl SampledBlock {
     /// Returns the position of the nth point.
     #[inline]
-    pub fn place(&self, nth: usize) -> Vec3 {
+    pub fn position(&self, nth: usize) -> Vec3 {
         let inner = place_of(nth, UVec3::splat(SAMPLED_SIDE + 1));
         self.first + self.step * inner.as_vec3()
     }

@@ -74,7 +74,7 @@ fn too_large_builds_are_refused_before_they_allocate() -> Outcome {
         scene.push(Brush::new(Shape::sphere(1000.0)).at([0.0, 0.0, 1100.0]))?;
         let refused = world.apply(&scene).expect_err("too much");
         let text = refused.to_string();
-        assert!(text.contains("blocks of cells take over"), "{text}");
+        assert!(text.contains("blocks need over"), "{text}");
         scene.undo();
         world.apply(&scene)?;
         assert_eq!(world.diff_from_rebuild()?, Some(0));

@@ -39,7 +39,7 @@ impl BrickTables {
         let Some(edits) = BrickPendingEdits::downcast_mut(edit.edits) else {
             return Ok(());
         };
-        let (field, live, work) = (edit.field, edit.live, &mut edits.queue);
+        let (field, live, work) = (edit.field, edit.incremental, &mut edits.queue);
         check(field, live.program(), &self.layout)?;
         let gpu = field.gpu().clone();
         self.ledger.poll_counters(&gpu)?;

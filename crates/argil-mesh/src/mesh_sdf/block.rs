@@ -149,7 +149,7 @@ pub(super) fn signs(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
         }
         let is_in = match beside(block, out, &is_known, at) {
             Some(other) => other < 0.0,
-            None => solid.winding_number(block.place(at)) > 0.5,
+            None => solid.winding_number(block.position(at)) > 0.5,
         };
         if is_in {
             out[at] = -out[at];

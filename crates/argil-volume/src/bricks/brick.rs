@@ -34,7 +34,7 @@ impl Brick<'_> {
     }
 
     /// Returns the position of the nth sample, x fastest, in the scene's unit.
-    pub fn place(&self, nth: usize) -> Vec3 {
+    pub fn position(&self, nth: usize) -> Vec3 {
         let (side, nth) = (self.side(), nth as u32);
         let inner: UVec3 = uvec3(nth % side, nth / side % side, nth / side / side);
         let voxel_grid = &self.bricks.layout.voxel_grid;

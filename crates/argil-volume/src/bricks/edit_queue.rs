@@ -34,16 +34,16 @@ pub struct EditQueue {
 }
 
 impl EditQueue {
-    /// Creates the work for edits that `live` has just applied, whose boxes have a layout's
+    /// Creates the work for edits that `incremental` has just applied, whose boxes have a layout's
     /// [margins](BrickLayout::margins). Returns `None` if a rebuild is as fast.
     pub fn new(
         layout: &BrickLayout,
-        live: &IncrementalProgram,
+        incremental: &IncrementalProgram,
         boxes: &[[Aabb; 2]],
     ) -> Option<Self> {
         // Cells account for jumps as far as they store distances.
         let far = layout.far_length() + layout.cell_length();
-        let loosened = live.jumps_added().iter().map(|held| held.grown(far));
+        let loosened = incremental.jumps_added().iter().map(|held| held.grown(far));
         let loosened: Vec<Aabb> = loosened.collect();
         let mut work = Self {
             boxes: joined(boxes),
@@ -54,18 +54,23 @@ impl EditQueue {
         work.boxes
             .extend(loosened.into_iter().map(|held| [held; 2]));
         let blocks = work.touched_blocks(layout)?;
-        work.units = units(layout, live, blocks);
+        work.units = units(layout, incremental, blocks);
         Some(work)
     }
 
     /// Adds the work of earlier edits.
-    pub fn merge(&mut self, layout: &BrickLayout, live: &IncrementalProgram, remaining: Self) {
+    pub fn merge(
+        &mut self,
+        layout: &BrickLayout,
+        incremental: &IncrementalProgram,
+        remaining: Self,
+    ) {
         if remaining.units.is_empty() {
             return;
         }
         let all = self.units.iter().chain(&remaining.units);
         let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
-        self.units = units(layout, live, blocks.collect());
+        self.units = units(layout, incremental, blocks.collect());
         self.boxes.extend(remaining.boxes);
         self.loosened.extend(remaining.loosened);
         self.is_latest = false;
@@ -124,12 +129,17 @@ impl EditQueue {
     pub fn dirty_cells(
         &self,
         layout: &BrickLayout,
-        live: &IncrementalProgram,
+        incremental: &IncrementalProgram,
         first: IVec3,
     ) -> u64 {
         let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
         let block = Aabb::new(layout.cell_box(first).min, last.max);
-        if live.program().jumps_near(block, layout.cell_length()).gap < f32::MAX {
+        if incremental
+            .program()
+            .jumps_near(block, layout.cell_length())
+            .gap
+            < f32::MAX
+        {
             return u64::MAX;
         }
         let block = block.grown(layout.voxel_grid.voxel_size);
@@ -186,10 +196,10 @@ impl EditQueue {
 /// Groups blocks by part.
 fn units(
     layout: &BrickLayout,
-    live: &IncrementalProgram,
+    incremental: &IncrementalProgram,
     blocks: BTreeSet<[i32; 3]>,
 ) -> Vec<EditBatch> {
-    let side = (live.parts().edge / layout.cell_length()).round() as i32;
+    let side = (incremental.parts().edge / layout.cell_length()).round() as i32;
     let mut parts: BTreeMap<[i32; 3], Vec<IVec3>> = BTreeMap::new();
     for block in blocks {
         let block = IVec3::from_array(block);
