@@ -7,9 +7,9 @@ use glam::UVec3;
 /// neighbors: `code >> 3` is the node's own code.
 ///
 /// ```
-/// use argil_math::{cell_of, morton};
+/// use argil_math::{morton_cell, morton};
 /// assert_eq!(morton([1, 0, 1].into()), 0b101);
-/// assert_eq!(cell_of(0b110_101), [1, 2, 3].into());
+/// assert_eq!(morton_cell(0b110_101), [1, 2, 3].into());
 /// ```
 pub fn morton(cell: UVec3) -> u32 {
     spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2

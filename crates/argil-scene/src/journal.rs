@@ -89,8 +89,8 @@ pub enum JournalError {
 /// # let path = folder.path().join("session.journal");
 /// let mut scene = Scene::new();
 /// let mut journal = Journal::create(&path, &scene)?;
-/// let entry = Shape::sphere(1.0).into();
-/// journal.apply(&mut scene, Edit::Insert { parent: Scene::ROOT, index: 0, entry })?;
+/// let desc = Shape::sphere(1.0).into();
+/// journal.apply(&mut scene, Edit::Insert { parent: Scene::ROOT, index: 0, desc })?;
 /// // After a crash:
 /// let recovered = Journal::recover(&path)?;
 /// assert_eq!(recovered.scene, scene);

@@ -118,8 +118,8 @@ impl Scene {
     /// use argil_scene::{Action, Brush, Edit, Scene, Shape};
     /// let mut scene = Scene::new();
     /// let mut copy = scene.replica();
-    /// let entry = Brush::new(Shape::sphere(1.0)).into();
-    /// let insert = Action::Edit(Edit::Insert { parent: Scene::ROOT, index: 0, entry });
+    /// let desc = Brush::new(Shape::sphere(1.0)).into();
+    /// let insert = Action::Edit(Edit::Insert { parent: Scene::ROOT, index: 0, desc });
     /// let made = scene.perform(&insert)?.expect("an edit").node;
     /// assert_eq!(copy.perform(&insert)?.expect("an edit").node, made);
     /// # Ok::<(), argil_scene::LogError>(())

@@ -23,7 +23,7 @@ impl Bricks {
     /// let (bricks, _) = Bricks::bake(&program, layout, None)?;
     /// for brick in bricks.iter() {
     ///     let first = brick.distances().next().expect("samples");
-    ///     let exact = program.distance(brick.place(0));
+    ///     let exact = program.distance(brick.position(0));
     ///     let band = layout.encoding.band_width(&layout.voxel_grid, 0);
     ///     assert!((first - exact.clamp(-band, band)).abs() < 1e-4 * band);
     /// }
@@ -44,9 +44,9 @@ impl Bricks {
     /// # let mut scene = argil_scene::Scene::new();
     /// # scene.push(argil_scene::Brush::new(argil_scene::Shape::sphere(1.0)))?;
     /// # let program = argil_field::Program::lower(&scene)?;
-    /// # let voxel grid = VoxelGrid::fitting(program.aabb(), None, 64)?;
-    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(voxel grid, &BrickSettings::default())?, None)?;
-    /// let [low, high] = [bricks.layout().low(), bricks.layout().high()];
+    /// # let voxel_grid = VoxelGrid::fitting(program.aabb(), None, 64)?;
+    /// # let (bricks, _) = Bricks::bake(&program, BrickLayout::new(voxel_grid, &BrickSettings::default())?, None)?;
+    /// let [low, high] = [bricks.layout().first_cell(), bricks.layout().end_cell()];
     /// let words = bricks.words_between(low, high);
     /// assert_eq!(words.len(), (high - low).element_product() as usize);
     /// let count = words.iter().filter(|&&word| matches!(BrickCell::of(word), BrickCell::Brick(_))).count();
