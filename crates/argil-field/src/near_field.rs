@@ -319,12 +319,12 @@ impl<'a> NearEvaluator<'a> {
         self.field.program
     }
 
-    /// Returns the distance beyond which results are clamped: see [`NearField::far`].
+    /// Returns the distance beyond which results are clamped: see [`NearField::far_length`].
     pub fn far_length(&self) -> f32 {
         self.field.far_length()
     }
 
-    /// Computes the signed distances of any number of points into `out`, clamped to [`NearField::far`]. Points
+    /// Computes the signed distances of any number of points into `out`, clamped to [`NearField::far_length`]. Points
     /// outside the field's box use the whole program.
     ///
     /// # Panics
@@ -333,7 +333,7 @@ impl<'a> NearEvaluator<'a> {
         self.ask(points, Wanted::Distances(out));
     }
 
-    /// Computes the materials of points that are nearer to the surface than [`NearField::far`].
+    /// Computes the materials of points that are nearer to the surface than [`NearField::far_length`].
     ///
     /// # Panics
     /// If the slices differ in length.

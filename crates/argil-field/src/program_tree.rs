@@ -40,7 +40,7 @@ const MAX_BYTES_TOTAL: i64 = 1 << 21;
 
 /// A tree of pruned programs.
 ///
-/// [`ProgramTree::list`] returns the program for a point, and the cell where it holds.
+/// [`ProgramTree::program_at`] returns the program for a point, and the cell where it holds.
 #[derive(Debug)]
 pub struct ProgramTree {
     corner: Vec3,

@@ -14,7 +14,7 @@ pub use interval::Interval;
 pub use morton::{morton, morton_cell};
 pub use ray::Ray;
 
-/// Returns the WGSL twin of [`morton`](fn@morton) and [`cell_of`].
+/// Returns the WGSL twin of [`morton`](fn@morton) and [`morton_cell`].
 pub fn morton_wgsl() -> &'static str {
     include_str!("morton.wgsl")
 }

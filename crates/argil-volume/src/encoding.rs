@@ -61,7 +61,7 @@ impl Band {
 /// How distances are stored: `round(max_code · clamp(d / band, −1, 1))`.
 ///
 /// With 8 bits and the default band of ±4 voxels, one step is 4/127 of a voxel. On level `k`, the band is `2ᵏ`
-/// times as wide, and the stored value is `|d|` minus a bias, rounded down (see [`Encoding::fill`]).
+/// times as wide, and the stored value is `|d|` minus a bias, rounded down (see [`Encoding::fill_uniform`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// The format of a sample.

@@ -73,7 +73,7 @@ pub trait VolumeKind: Sized + Send + Sync {
     /// Whether a file of a version can have such a grid.
     fn fits_file(voxel_grid: &VoxelGrid, version: u32) -> bool;
 
-    /// Reads a volume from a file with a valid grid and encoding, and the three numbers of [`FilePart::own`].
+    /// Reads a volume from a file with a valid grid and encoding, and the three numbers of [`FilePart::kind_parameters`].
     ///
     /// # Errors
     /// If the file is damaged.
