@@ -232,7 +232,8 @@ macro_rules! shape_table {
                 example(Some(Shape::RoundCone { bottom_radius: 0.35, top_radius: 0.15, height: 0.5 }));
 
                 /// Half space: the points p with p · normal ≤ offset. It is infinite: volumes of a scene with a plane
-                /// end at the view's bounds or, without bounds, at a box around the finite brushes.
+                /// end at the view's bounds or, without bounds, at a box around the finite brushes and the plane, if
+                /// it is parallel to two axes.
                 Plane(sd_plane) {
                     /// Direction out of the solid, of any length but 0.
                     normal: [f32; 3] => coordinate,

@@ -15,8 +15,8 @@ pub struct View {
     pub field_of_view_degrees: f32,
     /// Whether there is a ground plane under the scene.
     pub ground: bool,
-    /// Minimum and maximum corner of the box to view. If it is missing, the scene's own box. Volumes cut an infinite
-    /// solid, such as a plane, off at this box or, if it is missing, at a box around the finite brushes.
+    /// Minimum and maximum corner of the box to view. If it is missing, the scene's own box. Volumes of a
+    /// scene with an infinite solid, such as a plane, end at this box. They omit brushes outside of it.
     #[serde(alias = "frame", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Direction to the sun, as azimuth and elevation in degrees.
