@@ -1,4 +1,4 @@
-// GPU version of set_normals and lay_ground in trace.rs: work that all primary rays share after marching, one pixel
+// GPU version of set_normals and intersect_ground in trace.rs: work that all primary rays share after marching, one pixel
 // per thread. `surface_normal` depends on the representation.
 
 // Sets the normal, and the ground where it is closer.

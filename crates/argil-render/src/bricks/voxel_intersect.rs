@@ -42,7 +42,7 @@ struct RayPositions<'a, 'b, T> {
 
 /// Solves a batch's cubics for their first roots, and computes the normals there.
 #[inline(always)]
-fn solve<T: Texel>(
+fn intersect_voxel<T: Texel>(
     frame: &FrameUniform,
     sampler: &BrickSampler<'_, T>,
     n: usize,
@@ -293,7 +293,7 @@ pub(super) fn solve_i8(
     n: usize,
     lanes: &mut NearLanes,
 ) {
-    solve(frame, sampler, n, lanes);
+    intersect_voxel(frame, sampler, n, lanes);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -303,5 +303,5 @@ pub(super) fn solve_i16(
     n: usize,
     lanes: &mut NearLanes,
 ) {
-    solve(frame, sampler, n, lanes);
+    intersect_voxel(frame, sampler, n, lanes);
 }
