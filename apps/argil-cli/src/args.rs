@@ -84,10 +84,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub max_steps: Option<u32>,
     /// Distance below which a ray hits, in the scene's unit [default: 1e-4 of the scene's radius, or 0.02 voxels]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive)]
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference, in the scene's unit [default: 5e-4 of the scene's radius, or a voxel]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive)]
     pub normal_bias: Option<f32>,
     /// Bricks: source of normals [default: smooth]
     #[arg(long, value_enum)]
@@ -110,10 +110,10 @@ pub(crate) struct RenderArgs {
 #[derive(Args, Clone, Default, PartialEq)]
 pub(crate) struct VolumeArgs {
     /// Voxels along the longest side of the scene's box [default: 256]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub resolution: Option<u32>,
     /// Bricks, and meshes of the field: edge of a voxel in the scene's unit, instead of --resolution
-    #[arg(long, alias = "voxel", value_name = "LENGTH", value_parser = positive, conflicts_with = "resolution")]
+    #[arg(long, alias = "voxel", value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive, conflicts_with = "resolution")]
     pub voxel_size: Option<f32>,
     /// Dense: build mips, whose band doubles with each level
     #[arg(long)]
@@ -122,16 +122,16 @@ pub(crate) struct VolumeArgs {
     #[arg(long, value_name = "8|16", value_parser = bits)]
     pub bits: Option<SampleFormat>,
     /// Width of the stored band in voxels, on each side of the surface [default: 16 for bricks of 16 bits, else 4]
-    #[arg(long, value_name = "VOXELS", conflicts_with = "stride")]
+    #[arg(long, value_name = "VOXELS", allow_negative_numbers = true, value_parser = voxels, conflicts_with = "stride")]
     pub band: Option<f32>,
     /// The 2023 study's texture stride, from 1 to 32: a band of 256/N voxels
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32))]
     pub stride: Option<u32>,
     /// Voxels along a brick's side: bricks 4, 8 or 16 [default: 8]; octree 8, 16 or 32 [default: 32]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = brick_size)]
     pub brick: Option<u32>,
     /// Bricks: maximum memory in MiB [default: what is free]
-    #[arg(long, value_name = "MIB")]
+    #[arg(long, value_name = "MIB", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub memory_budget: Option<u32>,
     /// Octree: levels of nodes [default: as many as it needs]
     #[arg(long, value_name = "N")]
@@ -379,6 +379,17 @@ fn bits(text: &str) -> Result<SampleFormat, String> {
         "16" => Ok(SampleFormat::Snorm16),
         _ => Err("expected 8 or 16".into()),
     }
+}
+
+fn brick_size(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(size @ (4 | 8 | 16 | 32)) => Ok(size),
+        _ => Err("expected 4, 8, 16 or 32".into()),
+    }
+}
+
+fn voxels(text: &str) -> Result<f32, String> {
+    positive(text).map_err(|_| "expected a number of voxels above 0".into())
 }
 
 fn positive(text: &str) -> Result<f32, String> {

@@ -86,10 +86,9 @@ fn report(
         "memory_bytes": world.memory_bytes(),
         "volume": options.output.as_ref().map(|p| p.display().to_string()),
     });
-    let about = output::volume(
-        world.representation(),
-        &world.volume_info()?.context("no volume was built")?,
-    );
+    let info = world.volume_info()?.context("no volume was built")?;
+    output::warn_if_clipped(&info.voxel_grid, &options.scene);
+    let about = output::volume(world.representation(), &info);
     if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {
         for (key, value) in own {
             all.entry(key.clone()).or_insert(value.clone());

@@ -28,6 +28,13 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
         "{}: this is a mesh, not a scene: convert it with `argil import {0} -o scene.json`",
         path.display()
     );
+    ensure!(
+        !path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png")),
+        "{}: this is an image, not a scene: convert a heightmap with `argil import {0} -o scene.json`",
+        path.display()
+    );
     let mut scene = if is_volume(path)? {
         scene_of(&VolumeFile::open(path)?, path)?
     } else {
@@ -73,6 +80,10 @@ pub(crate) fn spare_meshes<'a>(
 /// Returns true if a file is a volume. Rejects a file that is named `.argil` but is not a volume, because it is not
 /// a scene either.
 pub(crate) fn is_volume(path: &Path) -> anyhow::Result<bool> {
+    if path.is_file() {
+        // What cannot be read must not be taken for another kind of file.
+        std::fs::File::open(path).with_context(|| path.display().to_string())?;
+    }
     let is_volume = VolumeFile::is_volume_file(path);
     let is_named_so = path.extension().is_some_and(|e| e == "argil");
     if is_named_so && !is_volume && path.is_file() {

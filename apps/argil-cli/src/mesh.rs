@@ -70,6 +70,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;
+    output::warn_if_clipped(&meshed.voxel_grid, &options.scene);
     let coarser = match format {
         Some((path, format)) => {
             ensure!(
@@ -207,7 +208,11 @@ fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf
         "{} triangles, {} vertices, {}, in {:.1} ms",
         report.triangles,
         meshed.mesh.positions.len(),
-        kind(report),
+        if meshed.voxel_grid.is_clipped && report.open_edges > 0 {
+            "open where it is clipped (to close it, intersect the scene with a box)"
+        } else {
+            kind(report)
+        },
         build_ms + meshed.duration_ms
     ));
     for key in [

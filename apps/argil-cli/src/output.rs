@@ -3,7 +3,7 @@
 use anyhow::Context;
 use argil::mesh::MeshReport;
 use argil::render::Percentiles;
-use argil::volume::VolumeInfo;
+use argil::volume::{VolumeInfo, VoxelGrid};
 use argil::{BuildTimings, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -121,6 +121,19 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     about
 }
 
+/// Warns that an infinite solid ends at a box.
+pub(crate) fn warn_if_clipped(grid: &VoxelGrid, path: &std::path::Path) {
+    if grid.is_clipped {
+        let bounds = grid.aabb();
+        eprintln!(
+            "warning: {}: the scene is infinite, and is clipped at {:.4?} to {:.4?}: set view.bounds to choose another box",
+            path.display(),
+            bounds.min.to_array(),
+            bounds.max.to_array()
+        );
+    }
+}
+
 /// Describes a mesh.
 pub(crate) fn mesh(report: &MeshReport) -> Value {
     let bounds = report.aabb;
@@ -189,8 +202,8 @@ pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> an
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(std::path::Path::new("."));
-    let found =
-        std::fs::metadata(folder).with_context(|| format!("{}: the folder", folder.display()))?;
+    let found = std::fs::metadata(folder)
+        .with_context(|| format!("{}: cannot write into this folder", folder.display()))?;
     anyhow::ensure!(found.is_dir(), "{}: not a folder", folder.display());
     anyhow::ensure!(
         !path.is_dir(),

@@ -18,7 +18,12 @@ use std::collections::BTreeMap;
 
 /// A line of a log.
 #[derive(Serialize, Deserialize)]
-#[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(
+    tag = "edit",
+    rename_all = "snake_case",
+    deny_unknown_fields,
+    expecting = "an object with an \"edit\""
+)]
 enum LogLine {
     Insert {
         /// The group. The root if it is missing.

@@ -193,7 +193,7 @@ fn replace(
     // The temporary name would not help a user.
     let (mut file, unfinished) = begun.map_err(|error| {
         let reason = format!(
-            "no file can be made in {}: {}",
+            "no file can be created in {}: {}: choose another folder",
             folder.display(),
             reason_of(error.kind())
         );

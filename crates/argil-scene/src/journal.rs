@@ -27,7 +27,7 @@ struct JournalHead {
 #[non_exhaustive]
 pub enum JournalError {
     /// The file cannot be written or read.
-    #[error("cannot read or write {path}")]
+    #[error("{path}: this file cannot be read or written")]
     Io {
         /// Path of the file.
         path: PathBuf,

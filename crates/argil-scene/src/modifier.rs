@@ -23,7 +23,12 @@ macro_rules! modifiers {
         /// next on its result.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(JsonSchema))]
-        #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+        #[serde(
+            tag = "type",
+            rename_all = "snake_case",
+            deny_unknown_fields,
+            expecting = "an object with a \"type\""
+        )]
         pub enum Modifier {$(
             $(#[$doc])*
             $modifier {$(

@@ -34,7 +34,12 @@ macro_rules! shapes {
         /// ```
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(JsonSchema))]
-        #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+        #[serde(
+            tag = "type",
+            rename_all = "snake_case",
+            deny_unknown_fields,
+            expecting = "an object with a \"type\""
+        )]
         pub enum Shape {$($(
             $(#[$doc])*
             #[cfg_attr(doc, doc = include_str!(concat!("pictures/", stringify!($shape), ".md")))]

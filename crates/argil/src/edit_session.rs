@@ -1,7 +1,7 @@
 //! Updates a world after its scene's edits, in place.
 
 use crate::edit_report::{EditBudget, EditReport, RebuildReason};
-use crate::memory::budget_on;
+use crate::memory::{budget_on, without_budget};
 use crate::representation::{Storage, has_outgrown};
 use crate::{BuildError, Engine};
 use argil_field::{IncrementalProgram, Program};
@@ -272,14 +272,15 @@ impl EditSession {
     async fn continue_edits(
         &mut self,
         kept: EditableVolume<'_>,
-        (engine, budget): (&Engine, Option<u64>),
+        (engine, requested): (&Engine, Option<u64>),
         pace: Option<EditBudget>,
         start: Instant,
     ) -> Result<(), BuildError> {
         let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
             return Ok(());
         };
-        let budget = budget_on(engine, budget);
+        let budget = budget_on(engine, requested);
+        let refuse = |error: BuildError| without_budget(error, requested);
         // NaN and negative budgets count as 0.
         let within = pace.map(|pace| {
             let seconds = (pace.max_ms * 1e-3).clamp(0.0, 1e6);
@@ -288,12 +289,15 @@ impl EditSession {
         match kept {
             EditableVolume::Cpu(volume) => {
                 let until = within.map(|within| start + within);
-                self.stats += volume.edit(live, &mut **edits, budget, until)?;
+                self.stats += volume
+                    .edit(live, &mut **edits, budget, until)
+                    .map_err(|e| refuse(e.into()))?;
             }
             EditableVolume::Gpu(volume, field) => {
                 volume
                     .edit(field, live, &mut **edits, budget, within)
-                    .await?;
+                    .await
+                    .map_err(|e| refuse(e.into()))?;
             }
         }
         Ok(())

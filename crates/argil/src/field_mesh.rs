@@ -1,6 +1,6 @@
 //! Meshes of a field, on either device.
 
-use crate::memory::budget_on;
+use crate::memory::{budget_on, without_budget};
 use crate::{BuildError, Engine};
 use argil_field::Program;
 use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceNormals, SurfaceOptions};
@@ -47,7 +47,8 @@ pub(crate) fn field_mesh(
     let budget = budget_on(engine, None);
     let control = &engine.control;
     let (bricks, lists, _) =
-        Bricks::bake_with_programs_and_control(program, layout, budget, control)?;
+        Bricks::bake_with_programs_and_control(program, layout, budget, control)
+            .map_err(|e| without_budget(e.into(), None))?;
     stages.done("bake")?;
     let is_dual = method == MeshMethod::DualContouring;
     let (mut marched, rings) = if is_dual {
@@ -89,7 +90,8 @@ pub(crate) async fn field_mesh_on_gpu(
         budget,
         &engine.control,
     )
-    .await?;
+    .await
+    .map_err(|e| without_budget(e.into(), None))?;
     let options = SurfaceOptions {
         iso: 0.0,
         normals,

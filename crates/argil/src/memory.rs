@@ -1,6 +1,8 @@
 //! Checks memory before it is allocated.
 
 use crate::{BuildError, Engine};
+use argil_gpu::GpuError;
+use argil_volume::BricksError;
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 use std::sync::{LazyLock, Mutex, PoisonError};
 
@@ -13,6 +15,19 @@ pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
         (Some(budget), Some(free)) => Some(budget.min(free)),
         (budget, free) => budget.or(free),
     }
+}
+
+/// Turns an exceeded budget that nobody requested into a lack of memory.
+pub(crate) fn without_budget(error: BuildError, requested: Option<u64>) -> BuildError {
+    let (needed, available) = match error {
+        BuildError::Bricks(BricksError::Budget { needed, budget, .. })
+        | BuildError::Gpu(GpuError::Budget { needed, budget, .. }) => (needed, budget),
+        other => return other,
+    };
+    if requested.is_some_and(|requested| available >= requested) {
+        return error;
+    }
+    BuildError::Memory { needed, available }
 }
 
 /// Refuses work that needs more memory than is free.
@@ -50,6 +65,29 @@ fn free_memory() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_budget_that_nobody_requested_is_the_machines_memory() {
+        let exceeded = || {
+            BuildError::Bricks(BricksError::Budget {
+                bricks: 9,
+                needed: 900,
+                budget: 500,
+            })
+        };
+        let found = without_budget(exceeded(), None);
+        assert!(matches!(
+            found,
+            BuildError::Memory {
+                needed: 900,
+                available: 500
+            }
+        ));
+        let found = without_budget(exceeded(), Some(600));
+        assert!(matches!(found, BuildError::Memory { .. }));
+        let found = without_budget(exceeded(), Some(500));
+        assert!(matches!(found, BuildError::Bricks(_)));
+    }
 
     #[test]
     fn what_no_machine_has_is_refused() {

@@ -4,7 +4,7 @@
 pub enum LowerError {
     /// A twist or bend of an infinite solid: distances far from its axis would stretch without limit.
     #[error(
-        "{path}: {what} needs a solid of finite size: intersect it with a box, or limit its repetition"
+        "{path}: {what} needs a solid of finite size: intersect it with a box, limit its repetition, or use fewer modifiers before it"
     )]
     Infinite {
         /// The node, as in `brushes[3]`.

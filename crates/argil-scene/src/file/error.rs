@@ -20,7 +20,7 @@ pub(super) const MAX_QUICK_BYTES: u64 = 1 << 30;
 #[non_exhaustive]
 pub enum FileError {
     /// The file cannot be opened, read or written.
-    #[error("cannot read or write {path}")]
+    #[error("{path}: this file cannot be read or written")]
     Io {
         /// Path of the file.
         path: PathBuf,

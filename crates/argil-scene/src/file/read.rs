@@ -75,7 +75,7 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
     if !reader.has_next()? || reader.next_name()? != "argil" {
         return fault(
             "",
-            "not a scene: the first field must be \"argil\", the version of the format",
+            "not a scene: the first field must be \"argil\": 1, the version of the format",
         );
     }
     let version: Value = part(reader, "argil")?;
@@ -85,7 +85,9 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
         _ => {
             return fault(
                 "argil",
-                &format!("{version} is not a version of the format"),
+                &format!(
+                    "{version} is not a version of the format: write \"argil\": {FORMAT_VERSION}"
+                ),
             );
         }
     }

@@ -2,7 +2,7 @@
 
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
-use crate::memory::budget_on;
+use crate::memory::{budget_on, without_budget};
 use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, Volume, VoxelGrid};
@@ -94,12 +94,14 @@ impl RepresentationOptions for BricksOptions {
         let layout = BrickLayout::new(voxel_grid, &self.settings)?;
         let budget = budget_on(engine, self.memory_budget);
         let control = &engine.control;
+        let refuse = |error: BuildError| without_budget(error, self.memory_budget);
         if let Some(field) = site.field {
             let made = GpuVolume::bricks_with_control(field, program, layout, budget, control);
-            let (volume, stages) = made.await?;
+            let (volume, stages) = made.await.map_err(|e| refuse(e.into()))?;
             return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
         }
-        let (bricks, stages) = Bricks::bake_with_control(program, layout, budget, control)?;
+        let (bricks, stages) = Bricks::bake_with_control(program, layout, budget, control)
+            .map_err(|e| refuse(e.into()))?;
         let stages = vec![
             ("prune", stages.prune),
             ("fill", stages.fill),
