@@ -49,6 +49,7 @@ mod plan;
 mod pool;
 mod read;
 mod sampler;
+mod store;
 mod table;
 mod tables;
 mod volume_kind;

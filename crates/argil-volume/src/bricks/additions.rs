@@ -108,8 +108,8 @@ impl Bricks {
         let layout = &self.layout;
         let bounds = bounds.of_block(layout, first);
         let slot = self.table.slot(first / BLOCK_SIDE as i32) as usize;
-        let words = &self.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
-        let pool = self.pool.of::<T>().expect(OF_THIS_TYPE);
+        let words = &self.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+        let pool = self.store.pool.of::<T>().expect(OF_THIS_TYPE);
         let samples = layout.brick_samples() as usize;
         let side = layout.brick_size_voxels as usize + 1;
         let middle = (side / 2) * (1 + side + side * side);

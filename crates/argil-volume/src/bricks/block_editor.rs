@@ -239,8 +239,8 @@ impl BlockEditor<'_> {
         let samples = self.layout.brick_samples() as usize;
         // A missing block reads as far.
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
-        let old = &bricks.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
-        let pool = bricks.pool.of::<T>().expect(OF_THIS_TYPE);
+        let old = &bricks.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+        let pool = bricks.store.pool.of::<T>().expect(OF_THIS_TYPE);
         let dirty = self.work.dirty_cells(&self.layout, self.live, first);
         let octants = if self.hard.is_empty() {
             self.octants(first, lists, changed & dirty, (&found, old), pruner)
@@ -265,13 +265,14 @@ impl BlockEditor<'_> {
             }
             let Some(list) = list else { continue };
             let list = &found.instrs[list];
-            if octants[i] == 0 && self.has_same_material(list, bricks.materials[old as usize]) {
+            if octants[i] == 0 && self.has_same_material(list, bricks.store.materials[old as usize])
+            {
                 made.words[i] = old;
                 continue;
             }
             let was = is_brick(old).then(|| PreviousBlock {
                 samples: &pool[old as usize * samples..][..samples],
-                look: bricks.materials[old as usize],
+                look: bricks.store.materials[old as usize],
             });
             let cell = first + inner_cell(i);
             let near = NearSurface {

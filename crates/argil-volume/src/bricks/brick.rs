@@ -19,7 +19,7 @@ impl Brick<'_> {
 
     /// Returns its cell, counted in bricks from the grid's corner.
     pub fn cell(&self) -> IVec3 {
-        let owner = self.bricks.cell_of_brick[self.index as usize] as usize;
+        let owner = self.bricks.store.cell_of_brick[self.index as usize] as usize;
         self.bricks.table.cell(owner / CELLS_PER_BATCH) + inner_cell(owner % CELLS_PER_BATCH)
     }
 
@@ -49,12 +49,12 @@ impl Brick<'_> {
         let count = layout.brick_samples() as usize;
         let first = self.index as usize * count;
         let range = layout.encoding.band_width(&layout.voxel_grid, 0);
-        let unit = range / self.bricks.pool.bits().max_code() as f32;
+        let unit = range / self.bricks.store.pool.bits().max_code() as f32;
         (first..first + count).map(move |at| unit * self.integer(at))
     }
 
     fn integer(&self, at: usize) -> f32 {
-        let pool = &self.bricks.pool;
+        let pool = &self.bricks.store.pool;
         match pool.bits() {
             SampleFormat::Snorm8 => pool.of::<i8>().map_or(0.0, |all| all[at].code()),
             SampleFormat::Snorm16 => pool.of::<i16>().map_or(0.0, |all| all[at].code()),

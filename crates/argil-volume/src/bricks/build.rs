@@ -13,6 +13,7 @@ use super::layout::{BrickLayout, BricksError};
 use super::material::PLACES;
 use super::plan::BlockPlan;
 use super::pool::owners_of_mixed;
+use super::store::BrickStore;
 use super::table::{BlockTable, FAR_SLOTS};
 use super::tables::Bricks;
 use crate::{SampleFormat, Texel, Texels};
@@ -97,11 +98,7 @@ pub(super) fn bake(
         fill: ms(at.duration_since(start) - pruned),
         settle: ms(at.elapsed()),
     };
-    let bricks = Bricks {
-        layout,
-        lipschitz: program.lipschitz(),
-        table: table.clone(),
-        masks,
+    let store = BrickStore {
         words,
         cell_of_brick: filled.owners,
         brick_of_mixed: owners_of_mixed(&filled.materials, &filled.mixed),
@@ -109,6 +106,13 @@ pub(super) fn bake(
         materials: filled.materials,
         mixed: filled.mixed,
         pool: filled.pool,
+    };
+    let bricks = Bricks {
+        layout,
+        lipschitz: program.lipschitz(),
+        table: table.clone(),
+        masks,
+        store,
     };
     // The number of mixed bricks was not known before.
     refuse(bricks.len(), bricks.memory_bytes())?;

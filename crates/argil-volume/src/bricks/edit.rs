@@ -210,17 +210,17 @@ impl Bricks {
     /// Commits rebuilt blocks to the pool.
     fn commit<T: Texel>(&mut self, made: &[BakedBlock<T>], live: &IncrementalProgram) -> EditStats {
         let mut result = EditStats::default();
-        let before = self.cell_of_brick.len() as u64;
+        let before = self.store.cell_of_brick.len() as u64;
         let samples = self.layout.brick_samples() as usize;
         // Blocks first, so that their bricks have words. The order does not depend on the number of threads.
         let slots: Vec<usize> = made.iter().map(|own| self.slot_for(own)).collect();
-        let mut pool = Pool::<T>::open(self);
+        let mut pool = Pool::<T>::open(&mut self.store, &self.layout);
         // Then what is freed can be reused.
         for (own, &slot) in made.iter().zip(&slots) {
             let first = slot * CELLS_PER_BATCH;
             for (i, &word) in own.words.iter().enumerate() {
                 if !is_brick(word) && slot >= FAR_SLOTS as usize {
-                    let old = pool.bricks().words[first + i];
+                    let old = pool.word(first + i);
                     result.removed += u64::from(is_brick(old));
                     pool.clear((first + i) as u32, word);
                 }
@@ -247,7 +247,7 @@ impl Bricks {
         }
         pool.close();
         self.finish_blocks(made, &slots, live);
-        result.added = (self.cell_of_brick.len() as u64 + result.removed) - before;
+        result.added = (self.store.cell_of_brick.len() as u64 + result.removed) - before;
         result
     }
 
@@ -260,8 +260,8 @@ impl Bricks {
     ) {
         let mut gone = Vec::new();
         for (own, &slot) in made.iter().zip(slots) {
-            self.changes.slot(slot as u32);
-            let words = &mut self.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+            self.store.changes.slot(slot as u32);
+            let words = &mut self.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
             match own.far {
                 None => self.masks[slot] = empty_cells_of(words),
                 Some(inside) => {
@@ -276,7 +276,7 @@ impl Bricks {
             gone.extend(emptied_around(&self.table, &self.layout, live, &gone));
         }
         for (block, inside) in gone {
-            self.changes.blocks();
+            self.store.changes.blocks();
             self.table.set_far(block, block + 1, inside);
         }
     }
@@ -288,12 +288,13 @@ impl Bricks {
             return self.table.slot(block) as usize;
         }
         if self.table.find(block).is_none() {
-            self.changes.blocks();
+            self.store.changes.blocks();
         }
         let slot = self.table.insert(block) as usize;
         if slot >= self.masks.len() {
             self.masks.resize(slot + 1, 0);
-            self.words
+            self.store
+                .words
                 .resize((slot + 1) * CELLS_PER_BATCH, empty_word(0.0));
         }
         slot
@@ -305,7 +306,7 @@ impl Bricks {
         budget: Option<u64>,
     ) -> Result<(), BricksError> {
         let budget = budget.unwrap_or(u64::MAX);
-        let mut bricks = self.cell_of_brick.len() as u64;
+        let mut bricks = self.store.cell_of_brick.len() as u64;
         let (mut mixed, mut slots) = (0, self.table.slots() as u64);
         for own in made {
             let slot = self.table.slot(own.first / BLOCK_SIDE as i32);
@@ -317,7 +318,8 @@ impl Bricks {
         }
         self.layout.check_count(bricks)?;
         let of_each = self.layout.brick_bytes() + 8;
-        let needed = SLOT_BYTES * slots + bricks * of_each + size_of_val(&self.mixed[..]) as u64;
+        let needed =
+            SLOT_BYTES * slots + bricks * of_each + size_of_val(&self.store.mixed[..]) as u64;
         if needed + mixed > budget && needed + mixed > self.memory_bytes() {
             return Err(BricksError::Budget {
                 bricks,

@@ -66,11 +66,11 @@ impl Bricks {
             .floor()
             .as_ivec3()
             .min(self.layout.end_cell() - 1);
-        let word = self.words[self.word_index(cell)];
+        let word = self.store.words[self.word_index(cell)];
         if !super::is_brick(word) {
             return None;
         }
-        let material = *self.materials.get(word as usize)?;
+        let material = *self.store.materials.get(word as usize)?;
         if material & BRICK_MIXED == 0 {
             return palette.get(material as usize).or(palette.first()).copied();
         }
@@ -88,7 +88,7 @@ impl Bricks {
             let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
             let at = begin + far;
             let index = at.x + MATERIAL_SIDE * (at.y + MATERIAL_SIDE * at.z);
-            let own = unpacked(*self.mixed.get(block + index as usize)?);
+            let own = unpacked(*self.store.mixed.get(block + index as usize)?);
             let of = |axis: usize| {
                 if far[axis] != 0 {
                     share[axis]
@@ -122,17 +122,25 @@ impl Bricks {
         let side = self.layout.brick_size_voxels as usize + 1;
         let [x, y, z] = sample.to_array().map(|c| c as usize);
         let at = brick as usize * side.pow(3) + x + side * (y + side * z);
-        let integer = match self.pool.bits() {
-            SampleFormat::Snorm8 => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
-            SampleFormat::Snorm16 => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
+        let integer = match self.store.pool.bits() {
+            SampleFormat::Snorm8 => self
+                .store
+                .pool
+                .of::<i8>()
+                .map_or(0.0, |all| f32::from(all[at])),
+            SampleFormat::Snorm16 => self
+                .store
+                .pool
+                .of::<i16>()
+                .map_or(0.0, |all| f32::from(all[at])),
         };
-        integer / self.pool.bits().max_code() as f32
+        integer / self.store.pool.bits().max_code() as f32
     }
 
     /// Returns each brick's material: an index in the program's table, or with the top bit set, the index of a
     /// mixed brick.
     pub fn materials(&self) -> &[u32] {
-        &self.materials
+        &self.store.materials
     }
 
     /// Returns a brick's material: its index in the program's table, and the materials of a mixed brick at 4³
@@ -141,17 +149,17 @@ impl Bricks {
     /// # Panics
     /// If there is no such brick.
     pub fn brick_material(&self, brick: u32) -> (u32, &[[u32; 2]]) {
-        let material = self.materials[brick as usize];
+        let material = self.store.materials[brick as usize];
         if material & BRICK_MIXED == 0 {
             return (material, &[]);
         }
         let from = (material & !BRICK_MIXED) as usize * PLACES;
-        (BRICK_MIXED, &self.mixed[from..from + PLACES])
+        (BRICK_MIXED, &self.store.mixed[from..from + PLACES])
     }
 
     /// Returns the materials of mixed bricks, 4³ each.
     pub fn mixed(&self) -> &[[u32; 2]] {
-        &self.mixed
+        &self.store.mixed
     }
 }
 

@@ -3,6 +3,7 @@
 use super::cell::BrickCell;
 use super::changes::ChangeLog;
 use super::layout::BrickLayout;
+use super::store::BrickStore;
 use super::table::{BlockTable, FAR_SLOTS, far_words};
 use super::tables::Bricks;
 use super::{material, pool};
@@ -80,17 +81,19 @@ impl Bricks {
             return Err("a mixed brick's materials are not there");
         }
         Ok(Self {
-            brick_of_mixed: pool::owners_of_mixed(&materials, &mixed),
-            changes: ChangeLog::default(),
-            materials,
-            mixed,
             layout,
             lipschitz,
             table,
             masks,
-            words,
-            cell_of_brick: owners,
-            pool,
+            store: BrickStore {
+                brick_of_mixed: pool::owners_of_mixed(&materials, &mixed),
+                changes: ChangeLog::default(),
+                materials,
+                mixed,
+                words,
+                cell_of_brick: owners,
+                pool,
+            },
         })
     }
 }

@@ -4,8 +4,9 @@
 //! into the rest. So files and other devices see the same as after a bake, and an edit moves no more bricks than it
 //! freed.
 
-use super::Bricks;
+use super::BrickLayout;
 use super::material::PLACES;
+use super::store::BrickStore;
 use crate::Texel;
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
@@ -15,7 +16,7 @@ const PAGE: usize = 1024;
 
 /// The pool of bricks during an edit.
 pub(super) struct Pool<'a, T> {
-    bricks: &'a mut Bricks,
+    store: &'a mut BrickStore,
     texels: Vec<T>,
     samples: usize,
     free: Vec<u32>,
@@ -25,15 +26,15 @@ pub(super) struct Pool<'a, T> {
 }
 
 impl<'a, T: Texel> Pool<'a, T> {
-    pub(super) fn open(bricks: &'a mut Bricks) -> Self {
-        let samples = bricks.layout.brick_samples() as usize;
-        let texels = std::mem::replace(&mut bricks.pool, Texels::from_vec(Vec::<T>::new()));
+    pub(super) fn open(store: &'a mut BrickStore, layout: &BrickLayout) -> Self {
+        let samples = layout.brick_samples() as usize;
+        let texels = std::mem::replace(&mut store.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
         // An empty volume's pool has one brick of zeros.
-        texels.truncate(bricks.cell_of_brick.len() * samples);
-        let mixed_owners = std::mem::take(&mut bricks.brick_of_mixed);
+        texels.truncate(store.cell_of_brick.len() * samples);
+        let mixed_owners = std::mem::take(&mut store.brick_of_mixed);
         Self {
-            bricks,
+            store,
             texels,
             samples,
             free: Vec::new(),
@@ -44,7 +45,7 @@ impl<'a, T: Texel> Pool<'a, T> {
 
     /// Stores a brick for the cell of a word, over its old brick or in a new place.
     pub(super) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
-        let word = self.bricks.words[at as usize];
+        let word = self.store.words[at as usize];
         let brick = if super::is_brick(word) {
             self.free_mixed(word);
             word
@@ -53,21 +54,21 @@ impl<'a, T: Texel> Pool<'a, T> {
         };
         let to = brick as usize * self.samples;
         self.texels[to..to + self.samples].copy_from_slice(texels);
-        self.bricks.materials[brick as usize] = if material & BRICK_MIXED == 0 {
+        self.store.materials[brick as usize] = if material & BRICK_MIXED == 0 {
             material
         } else {
             BRICK_MIXED | self.put_mixed(brick, mixed)
         };
-        self.bricks.words[at as usize] = brick;
-        self.bricks.changes.brick(brick);
+        self.store.words[at as usize] = brick;
+        self.store.changes.brick(brick);
     }
 
     /// Frees the brick of a word's cell, if there is one. The word then gets a new value.
     pub(super) fn clear(&mut self, at: u32, word: u32) {
-        let old = std::mem::replace(&mut self.bricks.words[at as usize], word);
+        let old = std::mem::replace(&mut self.store.words[at as usize], word);
         if super::is_brick(old) {
             self.free_mixed(old);
-            self.bricks.cell_of_brick[old as usize] = u32::MAX;
+            self.store.cell_of_brick[old as usize] = u32::MAX;
             self.free.push(old);
         }
     }
@@ -75,19 +76,19 @@ impl<'a, T: Texel> Pool<'a, T> {
     /// Takes a place for the brick of a word's cell.
     fn take(&mut self, at: u32) -> u32 {
         if let Some(brick) = self.free.pop() {
-            self.bricks.cell_of_brick[brick as usize] = at;
+            self.store.cell_of_brick[brick as usize] = at;
             return brick;
         }
-        let brick = self.bricks.cell_of_brick.len() as u32;
+        let brick = self.store.cell_of_brick.len() as u32;
         if self.texels.len() + self.samples > self.texels.capacity() {
             self.texels.reserve_exact(PAGE * self.samples);
-            self.bricks.cell_of_brick.reserve_exact(PAGE);
-            self.bricks.materials.reserve_exact(PAGE);
+            self.store.cell_of_brick.reserve_exact(PAGE);
+            self.store.materials.reserve_exact(PAGE);
         }
         let length = self.texels.len() + self.samples;
         self.texels.resize(length, T::default());
-        self.bricks.cell_of_brick.push(at);
-        self.bricks.materials.push(0);
+        self.store.cell_of_brick.push(at);
+        self.store.materials.push(0);
         brick
     }
 
@@ -95,7 +96,7 @@ impl<'a, T: Texel> Pool<'a, T> {
         let block = match self.mixed_free.pop() {
             Some(block) => block,
             None => {
-                let all = &mut self.bricks.mixed;
+                let all = &mut self.store.mixed;
                 if all.len() + PLACES > all.capacity() {
                     all.reserve_exact(PAGE * PLACES / 4);
                 }
@@ -105,25 +106,25 @@ impl<'a, T: Texel> Pool<'a, T> {
             }
         };
         let to = block as usize * PLACES;
-        self.bricks.mixed[to..to + PLACES].copy_from_slice(mixed);
+        self.store.mixed[to..to + PLACES].copy_from_slice(mixed);
         self.mixed_owners[block as usize] = brick;
         block
     }
 
     fn free_mixed(&mut self, brick: u32) {
-        let material = self.bricks.materials[brick as usize];
+        let material = self.store.materials[brick as usize];
         if material & BRICK_MIXED != 0 {
             let block = material & !BRICK_MIXED;
             self.mixed_owners[block as usize] = u32::MAX;
             self.mixed_free.push(block);
-            self.bricks.materials[brick as usize] = 0;
+            self.store.materials[brick as usize] = 0;
         }
     }
 
     /// Moves the last bricks into places that were freed and not reused.
     pub(super) fn close(self) {
         let Self {
-            bricks,
+            store,
             mut texels,
             samples,
             mut free,
@@ -132,32 +133,32 @@ impl<'a, T: Texel> Pool<'a, T> {
         } = self;
         free.sort_unstable();
         for &gap in &free {
-            while bricks.cell_of_brick.last() == Some(&u32::MAX) {
-                bricks.cell_of_brick.pop();
+            while store.cell_of_brick.last() == Some(&u32::MAX) {
+                store.cell_of_brick.pop();
             }
-            let (gap, last) = (gap as usize, bricks.cell_of_brick.len().wrapping_sub(1));
-            if gap >= bricks.cell_of_brick.len() {
+            let (gap, last) = (gap as usize, store.cell_of_brick.len().wrapping_sub(1));
+            if gap >= store.cell_of_brick.len() {
                 break;
             }
             let from = last * samples;
             texels.copy_within(from..from + samples, gap * samples);
-            let owner = bricks.cell_of_brick[last];
-            bricks.cell_of_brick[gap] = owner;
-            bricks.words[owner as usize] = gap as u32;
-            bricks.changes.brick(gap as u32);
-            bricks.changes.slot(owner / 64);
-            let material = bricks.materials[last];
-            bricks.materials[gap] = material;
+            let owner = store.cell_of_brick[last];
+            store.cell_of_brick[gap] = owner;
+            store.words[owner as usize] = gap as u32;
+            store.changes.brick(gap as u32);
+            store.changes.slot(owner / 64);
+            let material = store.materials[last];
+            store.materials[gap] = material;
             if material & BRICK_MIXED != 0 {
                 mixed_owners[(material & !BRICK_MIXED) as usize] = gap as u32;
             }
-            bricks.cell_of_brick.pop();
+            store.cell_of_brick.pop();
         }
-        while bricks.cell_of_brick.last() == Some(&u32::MAX) {
-            bricks.cell_of_brick.pop();
+        while store.cell_of_brick.last() == Some(&u32::MAX) {
+            store.cell_of_brick.pop();
         }
-        let count = bricks.cell_of_brick.len();
-        bricks.materials.truncate(count);
+        let count = store.cell_of_brick.len();
+        store.materials.truncate(count);
         texels.truncate(count * samples);
 
         mixed_free.sort_unstable();
@@ -169,40 +170,39 @@ impl<'a, T: Texel> Pool<'a, T> {
             if gap >= mixed_owners.len() {
                 break;
             }
-            bricks
+            store
                 .mixed
                 .copy_within(last * PLACES..(last + 1) * PLACES, gap * PLACES);
             let owner = mixed_owners[last];
             mixed_owners[gap] = owner;
-            bricks.materials[owner as usize] = BRICK_MIXED | gap as u32;
-            bricks.changes.brick(owner);
+            store.materials[owner as usize] = BRICK_MIXED | gap as u32;
+            store.changes.brick(owner);
             mixed_owners.pop();
         }
         while mixed_owners.last() == Some(&u32::MAX) {
             mixed_owners.pop();
         }
-        bricks.mixed.truncate(mixed_owners.len() * PLACES);
+        store.mixed.truncate(mixed_owners.len() * PLACES);
 
         // Also return memory that a large edit needed.
         if texels.capacity() > texels.len() + 2 * PAGE * samples {
             texels.shrink_to(texels.len() + PAGE * samples);
-            bricks.cell_of_brick.shrink_to(count + PAGE);
-            bricks.materials.shrink_to(count + PAGE);
+            store.cell_of_brick.shrink_to(count + PAGE);
+            store.materials.shrink_to(count + PAGE);
         }
-        if bricks.mixed.capacity() > bricks.mixed.len() + PAGE * PLACES {
-            bricks
-                .mixed
-                .shrink_to(bricks.mixed.len() + PAGE * PLACES / 4);
+        if store.mixed.capacity() > store.mixed.len() + PAGE * PLACES {
+            store.mixed.shrink_to(store.mixed.len() + PAGE * PLACES / 4);
         }
         if texels.is_empty() {
             texels.resize(samples, T::default());
         }
-        bricks.brick_of_mixed = mixed_owners;
-        bricks.pool = Texels::from_vec(texels);
+        store.brick_of_mixed = mixed_owners;
+        store.pool = Texels::from_vec(texels);
     }
 
-    pub(super) fn bricks(&mut self) -> &mut Bricks {
-        self.bricks
+    /// Returns the word of a cell.
+    pub(super) fn word(&self, at: usize) -> u32 {
+        self.store.words[at]
     }
 }
 

@@ -30,7 +30,7 @@ impl Bricks {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Brick<'_>> + '_ {
-        (0..self.cell_of_brick.len()).map(|index| Brick {
+        (0..self.store.cell_of_brick.len()).map(|index| Brick {
             bricks: self,
             index: index as u32,
         })
@@ -56,7 +56,7 @@ impl Bricks {
     pub fn words_between(&self, low: IVec3, high: IVec3) -> Vec<u32> {
         let places = places(low, high - 1);
         places
-            .map(|cell| self.words[self.word_index(cell)])
+            .map(|cell| self.store.words[self.word_index(cell)])
             .collect()
     }
 
@@ -100,24 +100,25 @@ impl Bricks {
         let bytes = self.layout.brick_bytes() as usize;
         let samples = |bricks: &Self, brick: u32| -> Range<usize> {
             let from = brick as usize * bytes;
-            from..(from + bytes).min(bricks.pool.bytes().len())
+            from..(from + bytes).min(bricks.store.pool.bytes().len())
         };
         let differ = |own: u32, theirs: u32| match (BrickCell::of(own), BrickCell::of(theirs)) {
             (BrickCell::Brick(a), BrickCell::Brick(b)) => {
-                self.pool.bytes()[samples(self, a)] != other.pool.bytes()[samples(other, b)]
+                self.store.pool.bytes()[samples(self, a)]
+                    != other.store.pool.bytes()[samples(other, b)]
                     || self.brick_material(a) != other.brick_material(b)
             }
             (BrickCell::Empty { .. }, BrickCell::Empty { .. }) => false,
             _ => true,
         };
         let of_slot = |bricks: &Self, slot: usize| {
-            slot * CELLS_PER_BATCH..((slot + 1) * CELLS_PER_BATCH).min(bricks.words.len())
+            slot * CELLS_PER_BATCH..((slot + 1) * CELLS_PER_BATCH).min(bricks.store.words.len())
         };
         let mut count = 0;
         for (slot, block) in self.table.blocks() {
             let theirs = other.table.slot(block) as usize;
-            let own = &self.words[of_slot(self, slot)];
-            let theirs = &other.words[of_slot(other, theirs)];
+            let own = &self.store.words[of_slot(self, slot)];
+            let theirs = &other.store.words[of_slot(other, theirs)];
             let pairs = own.iter().zip(theirs);
             count += pairs
                 .filter(|(own, theirs)| differ(**own, **theirs))

@@ -1,8 +1,9 @@
 //! The tables of sparse bricks.
 
 use super::cell::{BrickCell, inner_cell};
-use super::changes::{BrickChanges, ChangeLog};
+use super::changes::BrickChanges;
 use super::layout::{BLOCK_SIDE, BrickLayout};
+use super::store::BrickStore;
 use super::table::BlockTable;
 use crate::Texels;
 use argil_field::CELLS_PER_BATCH;
@@ -36,18 +37,7 @@ pub struct Bricks {
     pub(super) table: BlockTable,
     /// For each slot, a bit for each cell with a brick.
     pub(super) masks: Vec<u64>,
-    /// The word of each cell, slot by slot.
-    pub(super) words: Vec<u32>,
-    /// The owner of each brick: the index of its cell's word.
-    pub(super) cell_of_brick: Vec<u32>,
-    /// The material of each brick.
-    pub(super) materials: Vec<u32>,
-    /// The materials of mixed bricks.
-    pub(super) mixed: Vec<[u32; 2]>,
-    /// The brick of each mixed brick's materials.
-    pub(super) brick_of_mixed: Vec<u32>,
-    pub(super) pool: Texels,
-    pub(super) changes: ChangeLog,
+    pub(super) store: BrickStore,
 }
 
 impl Bricks {
@@ -55,7 +45,9 @@ impl Bricks {
     /// renderer's GPU, updates from it. Brick `n` is at `n · (brick_size_voxels + 1)³` samples of [`Bricks::pool`],
     /// and slot `n` at `64 n` of [`Bricks::words`].
     pub fn take_changes(&mut self) -> BrickChanges {
-        self.changes.take(self.cell_of_brick.len() as u32)
+        self.store
+            .changes
+            .take(self.store.cell_of_brick.len() as u32)
     }
 
     /// Returns the layout of cells and bricks.
@@ -75,7 +67,7 @@ impl Bricks {
 
     /// Returns the word of each cell, slot by slot. The first slots are the far slots.
     pub fn words(&self) -> &[u32] {
-        &self.words
+        &self.store.words
     }
 
     /// Returns the mask of each slot: a bit for each cell with a brick.
@@ -102,33 +94,28 @@ impl Bricks {
 
     /// Returns the owner of each brick: the index of its cell's word.
     pub fn cell_of_brick(&self) -> &[u32] {
-        &self.cell_of_brick
+        &self.store.cell_of_brick
     }
 
     /// Returns the samples, brick by brick. An empty volume has one brick of zeros.
     pub fn pool(&self) -> &Texels {
-        &self.pool
+        &self.store.pool
     }
 
     /// Returns the number of bricks.
     pub fn len(&self) -> usize {
-        self.cell_of_brick.len()
+        self.store.cell_of_brick.len()
     }
 
     /// Whether there is no brick.
     pub fn is_empty(&self) -> bool {
-        self.cell_of_brick.is_empty()
+        self.store.cell_of_brick.is_empty()
     }
 
     /// Returns the bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
-        let tables = size_of_val(&self.masks[..])
-            + size_of_val(&self.words[..])
-            + size_of_val(&self.cell_of_brick[..])
-            + size_of_val(&self.materials[..])
-            + size_of_val(&self.mixed[..])
-            + size_of_val(&self.brick_of_mixed[..]);
-        self.table.memory_bytes() + tables as u64 + self.pool.bytes().len() as u64
+        let masks = size_of_val(&self.masks[..]) as u64;
+        self.table.memory_bytes() + masks + self.store.memory_bytes()
     }
 
     /// Returns the index of a cell's word.
@@ -148,6 +135,6 @@ impl Bricks {
 
     /// Returns the contents of a cell anywhere.
     pub fn cell(&self, cell: IVec3) -> BrickCell {
-        BrickCell::of(self.words[self.word_index(cell)])
+        BrickCell::of(self.store.words[self.word_index(cell)])
     }
 }
