@@ -109,10 +109,10 @@ pub(crate) struct RenderArgs {
 /// How to build a volume, and how to march an octree.
 #[derive(Args, Clone, Default, PartialEq)]
 pub(crate) struct VolumeArgs {
-    /// Voxels along the longest side of the scene's box [default: 256]
+    /// Voxels along the longest side of the scene's box [default: 256; of the finest level 16384]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub resolution: Option<u32>,
-    /// Bricks, and meshes of the field: edge of a voxel in the scene's unit, instead of --resolution
+    /// Bricks, levels, and meshes of the field: edge of a voxel in the scene's unit, instead of --resolution
     #[arg(long, alias = "voxel", value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive, conflicts_with = "resolution")]
     pub voxel_size: Option<f32>,
     /// Dense: build mips, whose band doubles with each level
@@ -130,9 +130,12 @@ pub(crate) struct VolumeArgs {
     /// Voxels along a brick's side: bricks 4, 8 or 16 [default: 8]; octree 8, 16 or 32 [default: 32]
     #[arg(long, value_name = "N", value_parser = brick_size)]
     pub brick: Option<u32>,
-    /// Bricks: maximum memory in MiB [default: what is free]
+    /// Bricks, levels: maximum memory in MiB [default: what is free; levels 160]
     #[arg(long, value_name = "MIB", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub memory_budget: Option<u32>,
+    /// Levels: the size of a voxel that a ray accepts, in pixels, from 0.125 to 1024 [default: 1]
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = pixels)]
+    pub pixel_error: Option<f32>,
     /// Octree: levels of nodes [default: as many as it needs]
     #[arg(long, value_name = "N")]
     pub depth: Option<u32>,
@@ -386,6 +389,12 @@ fn brick_size(text: &str) -> Result<u32, String> {
         Ok(size @ (4 | 8 | 16 | 32)) => Ok(size),
         _ => Err("expected 4, 8, 16 or 32".into()),
     }
+}
+
+fn pixels(text: &str) -> Result<f32, String> {
+    let fits = |n: &f32| (0.125..=1024.0).contains(n);
+    let number = text.parse().ok().filter(fits);
+    number.ok_or_else(|| "expected pixels, from 0.125 to 1024".into())
 }
 
 fn voxels(text: &str) -> Result<f32, String> {

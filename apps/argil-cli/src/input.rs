@@ -5,7 +5,8 @@ use anyhow::{Context, ensure};
 use argil::scene::Scene;
 use argil::volume::{Band, Encoding, VolumeFile};
 use argil::{
-    BricksOptions, DenseOptions, Engine, MeshRenderOptions, OctreeOptions, Representation, World,
+    BricksOptions, DenseOptions, Engine, LevelsOptions, MeshRenderOptions, OctreeOptions,
+    Representation, World,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -202,6 +203,19 @@ pub(crate) fn representation(
                 flags.brick.unwrap_or(options.settings.brick_size_voxels);
             Representation::Bricks(options)
         }
+        Representation::Levels(own) => {
+            let mut options = LevelsOptions {
+                resolution: flags.resolution.unwrap_or(own.resolution),
+                voxel_size: flags.voxel_size,
+                pixel_error: flags.pixel_error.unwrap_or(own.pixel_error),
+                memory_budget: flags
+                    .memory_budget
+                    .map_or(own.memory_budget, |mib| u64::from(mib) << 20),
+                ..own
+            };
+            options.settings.encoding = encoding;
+            Representation::Levels(options)
+        }
         Representation::Octree(_) => {
             let mut options = OctreeOptions {
                 resolution,
@@ -226,8 +240,8 @@ pub(crate) fn representation(
 fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
     let word = via.name();
     // Each flag, whether it is given, and the representations that use it.
-    let volumes = ["dense", "octree", "bricks"];
-    let all: [(&'static str, bool, &[&str]); 15] = [
+    let volumes = ["dense", "octree", "bricks", "levels"];
+    let all: [(&'static str, bool, &[&str]); 16] = [
         (
             "--resolution",
             flags.resolution.is_some(),
@@ -251,9 +265,14 @@ fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
         (
             "--memory-budget",
             flags.memory_budget.is_some(),
-            &["bricks"],
+            &["bricks", "levels"],
         ),
-        ("--voxel-size", flags.voxel_size.is_some(), &["bricks"]),
+        ("--pixel-error", flags.pixel_error.is_some(), &["levels"]),
+        (
+            "--voxel-size",
+            flags.voxel_size.is_some(),
+            &["bricks", "levels"],
+        ),
         ("--method", flags.method.is_some(), &["mesh"]),
         ("--flat", flags.flat, &["mesh"]),
     ];
@@ -265,7 +284,9 @@ fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
 
 fn encoding(via: Representation, flags: &VolumeArgs) -> Encoding {
     let own = match via {
-        Representation::Bricks(_) => BricksOptions::default().settings.encoding,
+        Representation::Bricks(_) | Representation::Levels(_) => {
+            BricksOptions::default().settings.encoding
+        }
         _ => Encoding::default(),
     };
     let bits = flags.bits.unwrap_or(own.format);

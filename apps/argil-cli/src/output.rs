@@ -3,7 +3,7 @@
 use anyhow::Context;
 use argil::mesh::MeshReport;
 use argil::render::Percentiles;
-use argil::volume::{VolumeInfo, VoxelGrid};
+use argil::volume::{FillStats, Levels, VolumeInfo, VoxelGrid};
 use argil::{BuildTimings, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -119,6 +119,22 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
     };
     extend(&mut about, own);
     about
+}
+
+/// Describes what levels of detail hold, and what a view brought.
+pub(crate) fn levels(levels: &Levels, refined: &FillStats) -> Value {
+    let grid = levels.layout().finest_grid();
+    json!({
+        "finest_voxels": grid.size.to_array(),
+        "finest_voxel": grid.voxel_size,
+        "resident_pages": levels.resident_pages(),
+        "resident_bricks": levels.brick_count(),
+        "levels_bytes": levels.memory_bytes(),
+        "pages_baked": refined.pages,
+        "pages_evicted": refined.evicted,
+        "pages_missing": refined.remaining,
+        "is_full": refined.is_full,
+    })
 }
 
 /// Warns that an infinite solid ends at a box.

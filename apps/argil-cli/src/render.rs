@@ -5,6 +5,7 @@ use crate::{input, output};
 use anyhow::Context;
 use argil::render::{Camera, RenderSettings};
 use argil::scene::Scene;
+use argil::volume::FillStats;
 use argil::{Orbit, RenderedImage, Representation, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -56,8 +57,10 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let settings = settings(options, &world);
 
     let mut edit_ms = Vec::new();
+    let mut refined = FillStats::default();
     let (drawn, frame_ms) = match options.frames {
         None => {
+            refined = world.refine(&camera, &settings)?;
             let drawn = world.render(&camera, &settings)?;
             if let Some(path) = &picture {
                 drawn.save(path)?;
@@ -85,7 +88,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         options,
         &world,
         &drawn,
-        build_ms,
+        (build_ms, refined),
         &frame_ms,
         &edit_ms,
         picture.as_deref(),
@@ -260,7 +263,7 @@ fn report(
     options: &RenderArgs,
     world: &World,
     drawn: &RenderedImage,
-    build_ms: f64,
+    (build_ms, refined): (f64, FillStats),
     frame_ms: &[f64],
     edit_ms: &[f64],
     picture: Option<&Path>,
@@ -269,12 +272,12 @@ fn report(
     let times = output::times(frame_ms);
     let kept = world.representation();
     if options.json {
-        output::json(&json_report(
-            world,
-            drawn,
-            (build_ms, frame_ms, edit_ms),
-            picture,
-        )?);
+        let times = (build_ms, frame_ms, edit_ms);
+        let mut report = json_report(world, drawn, times, picture)?;
+        if let Some(levels) = world.levels() {
+            output::extend(&mut report, output::levels(levels, &refined));
+        }
+        output::json(&report);
         return Ok(());
     }
     let [w, h] = drawn.size;
@@ -314,6 +317,12 @@ fn report(
         "{} pixels hit; steps per ray: mean {:.1}, p95 {}, max {}",
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
+    if let Some(levels) = world.levels() {
+        let own = output::levels(levels, &refined);
+        for (key, value) in own.as_object().into_iter().flatten() {
+            output::pair(key, value);
+        }
+    }
     if matches!(kept, Representation::Octree(_)) {
         let counts = &drawn.statistics;
         output::line(&format!(

@@ -8,6 +8,7 @@
 
 mod additions;
 mod arena;
+mod boxes;
 mod change_set;
 mod changes;
 mod counts;

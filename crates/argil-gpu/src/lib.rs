@@ -21,6 +21,8 @@ mod device;
 #[cfg(feature = "device")]
 mod frame;
 #[cfg(feature = "device")]
+mod levels;
+#[cfg(feature = "device")]
 mod march_passes;
 #[cfg(feature = "device")]
 mod marching_cubes;

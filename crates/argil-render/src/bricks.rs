@@ -14,8 +14,8 @@
 
 mod cones;
 mod rays;
-mod step;
-mod voxel_intersect;
+pub(crate) mod step;
+pub(crate) mod voxel_intersect;
 
 use crate::probe::FieldProbe;
 use crate::ray_batch::{Points, RayBatch, RaySetup};
@@ -26,7 +26,8 @@ use crate::trace::{central_difference_points, intersect_ground, set_indices, set
 use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
 use argil_field::LANES;
 use argil_volume::Bricks;
-use cones::{CONE_SIDE, Cones};
+use cones::CONE_SIDE;
+pub(crate) use cones::{ConeDistances, Cones};
 use glam::Vec3;
 use rays::BrickRays;
 use step::{StepOutcome, step_i8, step_i16};
@@ -115,7 +116,7 @@ fn trace_bricks(
     let BrickScratch { cones, near } = own.of();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
-    cones.march(frame, tile, starts, bricks, out);
+    cones.march(frame, tile, starts, &mut &*bricks, out);
     start(tile, starts, cones, wave);
 
     let mut steps = 0;
@@ -165,7 +166,7 @@ fn trace_bricks(
 }
 
 /// Loads the rays whose cones did not prove that they miss.
-fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut RayBatch) {
+pub(crate) fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut RayBatch) {
     wave.clear();
     let [x, y, z] = &starts.direction;
     for row in 0..tile.rows {
@@ -190,7 +191,7 @@ fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut RayBatch) {
     }
 }
 
-fn kind_of(side: f32) -> u32 {
+pub(crate) fn kind_of(side: f32) -> u32 {
     if side < 0.0 {
         abi::HIT_INSIDE
     } else {
@@ -199,7 +200,7 @@ fn kind_of(side: f32) -> u32 {
 }
 
 /// Writes what a ray looked up.
-fn end<'a>(wave: &RayBatch, ray: usize, out: &'a mut [Hit]) -> &'a mut Hit {
+pub(crate) fn end<'a>(wave: &RayBatch, ray: usize, out: &'a mut [Hit]) -> &'a mut Hit {
     let hit = &mut out[wave.pixel[ray] as usize];
     hit.steps += wave.samples[ray] + wave.cells[ray];
     hit.cells += wave.cells[ray];

@@ -4,6 +4,7 @@ mod bricks;
 mod camera;
 mod dense;
 mod image;
+mod levels;
 mod octree;
 mod octree_trace;
 mod probe;

@@ -79,6 +79,8 @@ pub(crate) struct RayBatch {
     pub side: Vec<f32>,
     /// The level to read next.
     pub level: Vec<u32>,
+    /// The page that the ray is in, where it marches through levels of detail.
+    pub page: Vec<u32>,
     /// What the ray has looked up so far, where rays count for themselves.
     pub samples: Vec<u32>,
     pub cells: Vec<u32>,
@@ -108,6 +110,7 @@ impl RayBatch {
         self.end.truncate(n);
         self.side.truncate(n);
         self.level.truncate(n);
+        self.page.truncate(n);
         self.samples.truncate(n);
         self.cells.truncate(n);
         self.over.truncate(n);
@@ -124,6 +127,7 @@ impl RayBatch {
         self.end.push(end);
         self.side.push(0.0);
         self.level.push(0);
+        self.page.push(0);
         self.samples.push(0);
         self.cells.push(0);
         self.over.push(0.0);
@@ -175,6 +179,7 @@ impl RayBatch {
         for (to, &from) in self.places.iter().enumerate() {
             self.pixel[to] = self.pixel[from as usize];
             self.level[to] = self.level[from as usize];
+            self.page[to] = self.page[from as usize];
             self.samples[to] = self.samples[from as usize];
             self.cells[to] = self.cells[from as usize];
         }

@@ -27,6 +27,7 @@
 //! a brick whose samples show that the surface cannot be in it, and each table has exactly the resolution that the caller requested.
 
 mod additions;
+mod block_baker;
 mod block_editor;
 mod block_program;
 mod bounds;
@@ -55,10 +56,14 @@ mod tables;
 mod volume_kind;
 mod voxel_samples;
 
+pub(crate) use block_baker::BlockContext;
+pub(crate) use block_editor::BakedBlock;
 pub use block_program::{BlockProgram, emptied_around};
 pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;
+pub(crate) use brick_baker::BrickBaker;
 pub use build::BrickTimings;
+pub(crate) use candidates::empty_cells_of;
 pub(crate) use cell::inner_cell;
 pub use cell::{BrickCell, center_of, empty_word, is_block_empty, is_brick};
 pub use cell_programs::CellPrograms;
@@ -66,9 +71,14 @@ pub use changes::BrickChanges;
 pub use edit::EditStats;
 pub use edit_queue::{EditBatch, EditQueue};
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
+pub(crate) use material::PLACES;
 pub use pending::BrickPendingEdits;
 pub use plan::BlockPlan;
+pub(crate) use pool::Pool;
 pub use sampler::BrickSampler;
+pub(crate) use sampler::{load_planes, load_voxels};
+pub(crate) use store::BrickStore;
+pub(crate) use table::places;
 pub use table::{BlockTable, FAR_ENTRY, FAR_SLOTS, far_words};
 pub use tables::Bricks;
 pub use voxel_samples::{CellLocations, NeighborPlanes, VoxelSamples};

@@ -5,6 +5,7 @@ mod bricks;
 mod dense;
 mod encoding;
 mod file;
+mod levels;
 mod mip_sampler;
 mod octree;
 mod pending_edits;
@@ -23,6 +24,10 @@ pub use bricks::{
 pub use dense::Dense;
 pub use encoding::{Band, Encoding, SampleFormat, Texel};
 pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
+pub use levels::{
+    FillStats, LevelLanes, LevelSampler, Levels, LevelsLayout, LevelsPendingEdits, NO_PAGE,
+    PAGE_VOXELS_LOG2, Page, PageRequest, octant_cells,
+};
 pub use mip_sampler::MipSampler;
 pub use octree::{
     BrickSelection, BrickTest, DescentPath, Lookup, Octree, OctreeError, OctreeLayout, OctreeNodes,

@@ -1,8 +1,8 @@
 //! Kinds of volumes on the CPU: a trait, which each kind implements in its own file, and the list of all kinds.
 
 use crate::{
-    BrickLayout, Bricks, BricksError, Dense, EditStats, Encoding, FilePart, FileReader, Octree,
-    OctreeLayout, PendingEdits, VolumeError, VoxelGrid,
+    BrickLayout, Bricks, BricksError, Dense, EditStats, Encoding, FilePart, FileReader, Levels,
+    Octree, OctreeLayout, PendingEdits, VolumeError, VoxelGrid,
 };
 use argil_abi::GpuMaterial;
 use argil_field::IncrementalProgram;
@@ -274,7 +274,7 @@ impl From<VolumeError> for FromFileError {
 #[macro_export]
 macro_rules! all_volumes {
     ($then:ident) => {
-        $then!(Dense, Octree, Bricks);
+        $then!(Dense, Octree, Bricks, Levels);
     };
 }
 

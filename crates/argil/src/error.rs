@@ -40,6 +40,9 @@ pub enum BuildError {
     /// The stored band is out of range.
     #[error("band of {0} voxels: choose 0.5 to 4096 voxels")]
     Band(f32),
+    /// The size of a voxel that a ray accepts is out of range.
+    #[error("pixel error {0}: choose 0.125 to 1024 pixels")]
+    PixelError(f32),
     /// The volume exceeds the free memory.
     #[error(
         "the volume needs {} MiB, and {} MiB of memory are free: lower the resolution",

@@ -53,8 +53,8 @@ pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;
 pub use representation::{
-    BricksOptions, BuildTimings, DenseOptions, MeshCounts, MeshRenderOptions, OctreeOptions,
-    Representation,
+    BricksOptions, BuildTimings, DenseOptions, LevelsOptions, MeshCounts, MeshRenderOptions,
+    OctreeOptions, Representation,
 };
 pub use volume_io::stored_scene;
 pub use world::World;
@@ -62,8 +62,8 @@ pub use world::World;
 /// The names that most programs use: `use argil::prelude::*;`.
 pub mod prelude {
     pub use crate::{
-        Backend, BricksOptions, DenseOptions, EditBudget, Engine, MeshMethod, MeshOptions,
-        Representation, World,
+        Backend, BricksOptions, DenseOptions, EditBudget, Engine, LevelsOptions, MeshMethod,
+        MeshOptions, Representation, World,
     };
     pub use argil_field::Grid;
     pub use argil_math::{Aabb, Control};

@@ -2,6 +2,7 @@
 
 mod bricks;
 mod dense;
+mod levels;
 mod mesh;
 mod mesh_storage;
 mod octree;
@@ -14,6 +15,7 @@ use argil_volume::{Volume, VoxelGrid};
 
 pub use bricks::BricksOptions;
 pub use dense::DenseOptions;
+pub use levels::LevelsOptions;
 pub use mesh::MeshRenderOptions;
 pub use mesh_storage::MeshCounts;
 pub(crate) use mesh_storage::{MeshStorage, StoredTriangles, triangles};
@@ -46,7 +48,7 @@ macro_rules! representations {
             /// ```
             /// use argil::Representation;
             /// let names: Vec<&str> = Representation::all(64).iter().map(Representation::name).collect();
-            /// assert_eq!(names, ["field", "bricks", "dense", "octree", "mesh"]);
+            /// assert_eq!(names, ["field", "bricks", "levels", "dense", "octree", "mesh"]);
             /// ```
             pub fn all(resolution: u32) -> Vec<Self> {
                 vec![Self::Field, $(Self::$name($options::with_resolution(resolution)),)*]
@@ -127,6 +129,8 @@ macro_rules! representations {
 representations! {
     /// Sparse bricks.
     Bricks(BricksOptions),
+    /// Bricks of all sizes.
+    Levels(LevelsOptions),
     /// A dense volume in one texture.
     Dense(DenseOptions),
     /// Bricks under an octree.

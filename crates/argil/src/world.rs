@@ -1,4 +1,5 @@
 mod edits;
+mod levels;
 
 use crate::MeshCounts;
 use crate::edit_session::EditSession;

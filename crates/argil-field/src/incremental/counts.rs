@@ -83,10 +83,19 @@ impl PieceCounts {
     /// Returns how far values can fall through the joints of the root, and of each open group, before rounding
     /// hides a change. `far` is the distance up to which values count.
     pub(super) fn blend_propagation(&self, far: f32) -> [f32; 2] {
-        let root = maximum(&self.blends);
+        let [root, inner] = self.largest_blends();
         [
-            max_blend_propagation(root, self.chamfers > 0, far),
-            max_blend_propagation(maximum(&self.inner_blends), false, 0.0),
+            max_blend_propagation(root, self.has_chamfers(), far),
+            max_blend_propagation(inner, false, 0.0),
         ]
+    }
+
+    /// Returns the largest blend radii, at the root and in open groups.
+    pub(super) fn largest_blends(&self) -> [f32; 2] {
+        [maximum(&self.blends), maximum(&self.inner_blends)]
+    }
+
+    pub(super) fn has_chamfers(&self) -> bool {
+        self.chamfers > 0
     }
 }

@@ -1,5 +1,6 @@
 //! The open groups of an incremental program.
 
+use super::piece::Operand;
 use crate::lower::{EnclosingGroup, Frame};
 use crate::pieces::{PieceWalk, ROOT};
 use crate::spans::append;
@@ -98,6 +99,17 @@ impl GroupTree {
             return Some(ROOT);
         }
         self.of.get(&node).copied()
+    }
+
+    /// Returns the operators of an operand and of the groups that contain it, innermost first.
+    pub(super) fn joints_of(&self, operand: &Operand) -> Vec<Operator> {
+        let mut joints = vec![operand.operator];
+        let mut at = operand.group;
+        while let Some(group) = self.get(at) {
+            joints.push(group.operator);
+            at = group.parent;
+        }
+        joints
     }
 
     /// Returns a group that is not the root.

@@ -130,12 +130,7 @@ impl PartIndex {
 
     /// Returns the box in which an operand can matter, unless it matters everywhere.
     pub(super) fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
-        let mut joints = vec![operand.operator];
-        let mut at = operand.group;
-        while let Some(group) = groups.get(at) {
-            joints.push(group.operator);
-            at = group.parent;
-        }
+        let joints = groups.joints_of(operand);
         let outermost_first = joints.iter().rev();
         self.parts
             .reached_by(outermost_first, &operand.extent, self.falls)

@@ -2,7 +2,7 @@
 
 use super::{bricks, dense};
 use crate::Mesh;
-use argil_volume::{Bricks, Dense, Octree, SampleFormat, Volume};
+use argil_volume::{Bricks, Dense, Levels, Octree, SampleFormat, Volume};
 
 /// The reason why a volume has no triangles at a level.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -11,6 +11,9 @@ pub enum SurfaceError {
     /// An octree's vacant cells have no samples to mesh.
     #[error("an octree cannot be meshed: use the field, a dense volume or sparse bricks")]
     Octree,
+    /// Levels of detail have holes where pages are missing.
+    #[error("levels of detail cannot be meshed: use the field, a dense volume or sparse bricks")]
+    Levels,
     /// Bricks store only the surface at distance 0.
     #[error(
         "sparse bricks contain only the surface at distance 0: omit the iso level, or mesh the field or a dense volume"
@@ -84,6 +87,12 @@ impl Surface for Bricks {
 impl Surface for Octree {
     fn triangles(&self, _: f32, _: bool) -> Result<Mesh, SurfaceError> {
         Err(SurfaceError::Octree)
+    }
+}
+
+impl Surface for Levels {
+    fn triangles(&self, _: f32, _: bool) -> Result<Mesh, SurfaceError> {
+        Err(SurfaceError::Levels)
     }
 }
 

@@ -6,7 +6,6 @@
 //! If the axis is at length t, its rays are within k·t of it, and at length t' within (t' − t) + k·t' of the same
 //! point. A free sphere of radius D there is free up to t' = (t + D) / (1 + k).
 
-use super::rays::BrickRays;
 use crate::camera::bounds_of;
 use crate::ray_batch::RaySetup;
 use crate::tile::Tile;
@@ -21,6 +20,16 @@ const CONE_STEPS: u32 = argil_abi::CONE_STEPS;
 /// Distance from a block's center to the corners of its corner pixels, in pixels, and a little more.
 const CONE_RADIUS: f32 = argil_abi::CONE_RADIUS;
 
+/// Where cones read how far the surface is.
+pub(crate) trait ConeDistances {
+    /// Returns the box outside which no cone looks.
+    fn bounds(&self) -> argil_math::Aabb;
+
+    /// Computes lower bounds of the signed distance around points in the scene's space, at lengths of their cones,
+    /// and the edges of the voxels there.
+    fn clearances(&mut self, points: [&[f32]; 3], t: &[f32], out: &mut [f32], voxel: &mut [f32]);
+}
+
 /// The cones of a tile.
 #[derive(Default)]
 pub(crate) struct Cones {
@@ -34,27 +43,28 @@ pub(crate) struct Cones {
 
 impl Cones {
     /// Returns where the rays of a pixel's block begin.
-    pub(super) fn begin(&self, column: u32, row: u32) -> f32 {
+    pub(crate) fn begin(&self, column: u32, row: u32) -> f32 {
         self.begin[(row / CONE_SIDE * self.across + column / CONE_SIDE) as usize]
     }
 
     /// Marches the cones of a tile. Their steps count with the first pixel of each block.
-    pub(super) fn march(
+    pub(crate) fn march(
         &mut self,
         frame: &FrameUniform,
         tile: Tile,
         starts: &RaySetup,
-        bricks: &BrickRays<'_>,
+        bricks: &mut impl ConeDistances,
         out: &mut [Hit],
     ) {
         self.start(frame, tile, starts);
         let slope = CONE_RADIUS * frame.pixel_width;
-        let (voxel, bounds) = (bricks.voxel(), bricks.bounds());
+        let bounds = bricks.bounds();
         let eye = Vec3::new(frame.eye[0], frame.eye[1], frame.eye[2]);
         let starts_outside = !bounds_of(frame).contains(eye);
         let mut p = [[0.0f32; LANES]; 3];
         let mut beside = [0.0f32; LANES];
         let mut d = [0.0f32; LANES];
+        let (mut t, mut voxel) = ([0.0f32; LANES], [0.0f32; LANES]);
         for _ in 0..CONE_STEPS {
             let count = self.under_way.len();
             if count == 0 {
@@ -78,7 +88,11 @@ impl Cones {
                         p[axis][lane] = held[axis];
                     }
                 }
-                bricks.clearances([&p[0][..n], &p[1][..n], &p[2][..n]], &mut d[..n]);
+                for lane in 0..n {
+                    t[lane] = self.begin[self.under_way[first + lane] as usize];
+                }
+                let points = [&p[0][..n], &p[1][..n], &p[2][..n]];
+                bricks.clearances(points, &t[..n], &mut d[..n], &mut voxel[..n]);
                 for lane in 0..n {
                     let i = self.under_way[first + lane];
                     let (column, row) = (i % self.across, i / self.across);
@@ -87,6 +101,7 @@ impl Cones {
                     hit.steps += 1;
                     let begin = &mut self.begin[i as usize];
                     let t = *begin;
+                    let voxel = voxel[lane];
                     // What enters through a clipped side is not free, whatever is behind it.
                     let inside = d[lane] < 0.0 && starts_outside;
                     let length = d[lane].abs() * frame.inv_lipschitz;

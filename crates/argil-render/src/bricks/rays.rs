@@ -1,5 +1,6 @@
 //! Bricks of either sample format, ready to be marched.
 
+use super::cones::ConeDistances;
 use argil_abi::GpuMaterial;
 use argil_volume::{BrickSampler, Bricks, SampleFormat};
 use glam::Vec3;
@@ -60,6 +61,17 @@ impl<'a> BrickRays<'a> {
             Self::Eight(sampler, _) => sampler.layout().voxel_grid.aabb(),
             Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.aabb(),
         }
+    }
+}
+
+impl ConeDistances for &BrickRays<'_> {
+    fn bounds(&self) -> argil_math::Aabb {
+        BrickRays::bounds(self)
+    }
+
+    fn clearances(&mut self, points: [&[f32]; 3], _: &[f32], out: &mut [f32], voxel: &mut [f32]) {
+        BrickRays::clearances(self, points, out);
+        voxel.fill(self.voxel());
     }
 }
 

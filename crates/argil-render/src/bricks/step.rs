@@ -15,15 +15,15 @@ use multiversion::multiversion;
 use std::ops::Range;
 
 /// Below this distance in voxels, a ray looks for the surface in its voxel.
-const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
+pub(crate) const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
 /// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
-const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
+pub(crate) const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
 /// Fraction of the largest over-relaxed step along a plane.
-pub(super) const RELAXATION: f32 = argil_abi::RELAXATION;
+pub(crate) const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel advances by this many voxels, and by a fraction of its length, to be inside
 /// the next.
-pub(super) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
-pub(super) const NUDGE_RELATIVE: f32 = argil_abi::NUDGE_RELATIVE;
+pub(crate) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
+pub(crate) const NUDGE_RELATIVE: f32 = argil_abi::NUDGE_RELATIVE;
 
 /// And by a fraction of its position in voxels, in a world so wide that rounding exceeds that.
 const NUDGE_POSITION: f32 = argil_abi::NUDGE_POSITION;
@@ -36,7 +36,7 @@ pub(super) fn nudge_for(place: [f32; 3], voxel: f32) -> f32 {
 }
 
 /// The result of a step for a batch, 1 for each ray.
-pub(super) struct StepOutcome {
+pub(crate) struct StepOutcome {
     pub near: [u8; LANES],
     pub reached: [u8; LANES],
     pub ended: [u8; LANES],
@@ -62,17 +62,17 @@ pub(super) fn place<T: Texel>(
 }
 
 #[inline(always)]
-pub(super) fn tiny(d: f32) -> f32 {
+pub(crate) fn tiny(d: f32) -> f32 {
     if d.abs() < 1e-20 { 1e-20 } else { d }
 }
 
 #[inline(always)]
-pub(super) fn low(a: f32, b: f32) -> f32 {
+pub(crate) fn low(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
 #[inline(always)]
-pub(super) fn high(a: f32, b: f32) -> f32 {
+pub(crate) fn high(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
@@ -105,7 +105,7 @@ fn gaps<T: Texel>(
 /// Determines on which side of the surface each ray begins. A ray that enters the volume through a clipped solid
 /// hits there. A ray that starts inside continues.
 #[inline(always)]
-fn begin(gap: &[f32], side: &mut [f32]) {
+pub(crate) fn begin(gap: &[f32], side: &mut [f32]) {
     for i in 0..gap.len() {
         let from_outside = side[i] > 1.0;
         side[i] = if (gap[i] < 0.0) & !from_outside {

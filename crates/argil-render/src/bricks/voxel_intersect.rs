@@ -61,7 +61,8 @@ fn intersect_voxel<T: Texel>(
     sampler.locate([&ux[..n], &uy[..n], &uz[..n]], &mut places.at);
     sampler.voxel_samples(&places.at, n, &mut places.corners);
     let mut hit = [[0.0f32; LANES]; 3];
-    roots(frame, &places, n, lanes, &mut hit);
+    let measures = measures(frame, &places, n, lanes);
+    roots::<T>(&measures, &places.corners, n, lanes, &mut hit);
     let mut beyond = NeighborPlanes::default();
     if frame.normals == abi::NORMALS_SMOOTH {
         for i in 0..n {
@@ -74,26 +75,58 @@ fn intersect_voxel<T: Texel>(
     normals::<T>(&places.corners, &beyond, &hit, n, lanes);
 }
 
-/// Computes how far each ray goes in its voxel until it hits or leaves, and the position there.
+/// Returns what intersecting a batch needs of sparse bricks.
 #[inline(always)]
-fn roots<T: Texel>(
+fn measures<T: Texel>(
     frame: &FrameUniform,
     places: &RayPositions<'_, '_, T>,
+    n: usize,
+    lanes: &NearLanes,
+) -> VoxelMeasures {
+    let RayPositions { sampler, u, .. } = places;
+    let voxel = sampler.layout().voxel_grid.voxel_size;
+    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel_width);
+    let widest = super::step::widest_footprint(sampler);
+    let mut measures = VoxelMeasures {
+        voxel: [voxel; LANES],
+        quantum: [sampler.quantum(); LANES],
+        close: [0.0; LANES],
+        nudge: [0.0; LANES],
+    };
+    for i in 0..n {
+        let t = lanes.t[i];
+        let rounding = if sampler.has_levels() {
+            super::step::nudge_for([u[0][i], u[1][i], u[2][i]], voxel)
+        } else {
+            0.0
+        };
+        measures.nudge[i] = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + rounding;
+        measures.close[i] = high(epsilon, low(footprint * t, widest));
+    }
+    measures
+}
+
+/// What intersecting a batch needs of the volume, for each ray.
+pub(crate) struct VoxelMeasures {
+    /// The edge of the voxel.
+    pub voxel: [f32; LANES],
+    /// The distance that one code step means.
+    pub quantum: [f32; LANES],
+    /// Below this distance, a ray hits.
+    pub close: [f32; LANES],
+    /// How far a ray advances beyond its voxel.
+    pub nudge: [f32; LANES],
+}
+
+/// Computes how far each ray goes in its voxel until it hits or leaves, and the position there.
+#[inline(always)]
+pub(crate) fn roots<T: Texel>(
+    measures: &VoxelMeasures,
+    corners: &VoxelSamples,
     n: usize,
     lanes: &mut NearLanes,
     place: &mut [[f32; LANES]; 3],
 ) {
-    let RayPositions {
-        sampler,
-        u,
-        corners,
-        ..
-    } = places;
-    let voxel = sampler.layout().voxel_grid.voxel_size;
-    let per_voxel = 1.0 / voxel;
-    let quantum = sampler.quantum();
-    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel_width);
-    let widest = super::step::widest_footprint(sampler);
     for i in 0..n {
         let s = corners.integers::<T>(i);
         let fraction = [
@@ -102,6 +135,7 @@ fn roots<T: Texel>(
             corners.fraction[2][i],
         ];
         let [x, y, z] = fraction;
+        let per_voxel = 1.0 / measures.voxel[i];
         let (dx, dy, dz) = (
             lanes.direction[0][i] * per_voxel,
             lanes.direction[1][i] * per_voxel,
@@ -114,23 +148,22 @@ fn roots<T: Texel>(
         };
         let leave = high(low(out_of(dx, x), low(out_of(dy, y), out_of(dz, z))), 0.0);
         let (dx, dy, dz) = (dx * leave, dy * leave, dz * leave);
-        let c = cubic(s, lanes.side[i] * quantum, fraction, [dx, dy, dz]);
+        let c = cubic(
+            s,
+            lanes.side[i] * measures.quantum[i],
+            fraction,
+            [dx, dy, dz],
+        );
         let (s, is_crossed) = first_root(c);
         let t = lanes.t[i];
         let starts_below = c[0] <= 0.0;
-        let is_close = c[0] < high(epsilon, super::step::low(footprint * t, widest));
+        let is_close = c[0] < measures.close[i];
         let s = if starts_below | !is_crossed { 0.0 } else { s };
         let hit = starts_below | is_crossed | is_close;
-        let rounding = if sampler.has_levels() {
-            super::step::nudge_for([u[0][i], u[1][i], u[2][i]], voxel)
-        } else {
-            0.0
-        };
-        let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + rounding;
         lanes.t[i] = if hit {
             t + s * leave
         } else {
-            t + leave + nudge
+            t + leave + measures.nudge[i]
         };
         lanes.hit[i] = u8::from(hit);
         for (place, (f, d)) in place.iter_mut().zip([(x, dx), (y, dy), (z, dz)]) {
@@ -219,7 +252,7 @@ fn first_root([c0, c1, c2, c3]: [f32; 4]) -> (f32, bool) {
 
 /// Computes the normals at hits.
 #[inline(always)]
-pub(super) fn normals<T: Texel>(
+pub(crate) fn normals<T: Texel>(
     corners: &VoxelSamples,
     beyond: &NeighborPlanes,
     place: &[[f32; LANES]; 3],

@@ -21,7 +21,7 @@ const MAX_OCTANTS: u32 = 5;
 /// From this many instructions in a block's program on, octants are tested with the programs of their cells.
 const LONG_LIST: usize = 64;
 /// A block's new words and bricks.
-pub(super) struct BakedBlock<T> {
+pub(crate) struct BakedBlock<T> {
     /// The block's first cell.
     pub first: IVec3,
     /// Whether the block is far from every surface now, and then whether it is inside.
@@ -78,7 +78,7 @@ pub(super) struct BlockWorker<'a> {
 }
 
 impl<T> BakedBlock<T> {
-    fn new(first: IVec3, far: Option<bool>) -> Self {
+    pub(super) fn new(first: IVec3, far: Option<bool>) -> Self {
         Self {
             first,
             far,

@@ -8,7 +8,7 @@ use glam::{IVec3, Vec3};
 
 /// Bounds on the distances of a cell or block.
 #[derive(Clone, Copy)]
-pub(super) struct CellBounds<'a> {
+pub(crate) struct CellBounds<'a> {
     pub program: &'a Program,
     terms: ClearanceModel,
     jumps: NearJumps,

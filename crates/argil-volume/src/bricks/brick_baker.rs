@@ -13,7 +13,7 @@ use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
 /// The offsets of a brick's samples, and of an octant's, in the order of the pool, along x, y and z.
-pub(super) struct SampleOffsets {
+pub(crate) struct SampleOffsets {
     brick: [Vec<f32>; 3],
     octant: [Vec<f32>; 3],
 }
@@ -35,7 +35,7 @@ impl SampleOffsets {
 }
 
 /// Evaluates bricks for one thread.
-pub(super) struct BrickBaker<'a> {
+pub(crate) struct BrickBaker<'a> {
     program: &'a Program,
     layout: &'a BrickLayout,
     fill: &'a FillUniform,

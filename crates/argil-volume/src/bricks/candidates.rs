@@ -66,7 +66,7 @@ pub(super) fn candidates(
 }
 
 /// Returns a block's mask, and marks its words if the block is empty.
-pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
+pub(crate) fn empty_cells_of(words: &mut [u32]) -> u64 {
     let mut mask = 0u64;
     for (i, &word) in words.iter().enumerate() {
         mask |= u64::from(matches!(BrickCell::of(word), BrickCell::Brick(_))) << i;

@@ -13,7 +13,7 @@ pub struct BrickChanges {
 
 /// Changes that were not taken yet. Volumes that differ only in them are equal.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ChangeLog(BrickChanges);
+pub(crate) struct ChangeLog(BrickChanges);
 
 impl PartialEq for ChangeLog {
     fn eq(&self, _: &Self) -> bool {

@@ -44,6 +44,9 @@ pub enum BricksError {
     /// The brick size is not supported.
     #[error("brick size {0}: sparse bricks take 4, 8 or 16 voxels per side")]
     Brick(u32),
+    /// The brick size is not supported by levels of detail.
+    #[error("brick size {0}: levels of detail have bricks of 8 voxels per side")]
+    LevelBrick(u32),
     /// The band is too narrow to find surfaces.
     #[error(
         "band of {0} voxels: sparse bricks need at least 2, because the surface lies between samples"

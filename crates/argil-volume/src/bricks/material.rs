@@ -149,12 +149,7 @@ impl Bricks {
     /// # Panics
     /// If there is no such brick.
     pub fn brick_material(&self, brick: u32) -> (u32, &[[u32; 2]]) {
-        let material = self.store.materials[brick as usize];
-        if material & BRICK_MIXED == 0 {
-            return (material, &[]);
-        }
-        let from = (material & !BRICK_MIXED) as usize * PLACES;
-        (BRICK_MIXED, &self.store.mixed[from..from + PLACES])
+        self.store.material_of(brick)
     }
 
     /// Returns the materials of mixed bricks, 4³ each.

@@ -15,7 +15,7 @@ use argil_abi::BRICK_MIXED;
 const PAGE: usize = 1024;
 
 /// The pool of bricks during an edit.
-pub(super) struct Pool<'a, T> {
+pub(crate) struct Pool<'a, T> {
     store: &'a mut BrickStore,
     texels: Vec<T>,
     samples: usize,
@@ -26,7 +26,7 @@ pub(super) struct Pool<'a, T> {
 }
 
 impl<'a, T: Texel> Pool<'a, T> {
-    pub(super) fn open(store: &'a mut BrickStore, layout: &BrickLayout) -> Self {
+    pub(crate) fn open(store: &'a mut BrickStore, layout: &BrickLayout) -> Self {
         let samples = layout.brick_samples() as usize;
         let texels = std::mem::replace(&mut store.pool, Texels::from_vec(Vec::<T>::new()));
         let mut texels = texels.into_vec::<T>();
@@ -44,7 +44,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Stores a brick for the cell of a word, over its old brick or in a new place.
-    pub(super) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
+    pub(crate) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
         let word = self.store.words[at as usize];
         let brick = if super::is_brick(word) {
             self.free_mixed(word);
@@ -64,7 +64,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Frees the brick of a word's cell, if there is one. The word then gets a new value.
-    pub(super) fn clear(&mut self, at: u32, word: u32) {
+    pub(crate) fn clear(&mut self, at: u32, word: u32) {
         let old = std::mem::replace(&mut self.store.words[at as usize], word);
         if super::is_brick(old) {
             self.free_mixed(old);
@@ -122,7 +122,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     }
 
     /// Moves the last bricks into places that were freed and not reused.
-    pub(super) fn close(self) {
+    pub(crate) fn close(self) {
         let Self {
             store,
             mut texels,

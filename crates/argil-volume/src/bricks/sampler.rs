@@ -231,45 +231,8 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
     /// If `n` exceeds [`LANES`].
     #[inline(always)]
     pub fn voxel_samples(&self, at: &CellLocations, n: usize, out: &mut VoxelSamples) {
-        assert!(n <= LANES);
-        let last = (self.layout.brick_size_voxels - 1) as f32;
-        let side = self.layout.brick_size_voxels + 1;
-        let samples = self.layout.brick_samples();
-        for axis in 0..3 {
-            let (voxels, fractions) = (&mut out.voxel[axis], &mut out.fraction[axis]);
-            for i in 0..n {
-                let inner = at.inner[axis][i];
-                let inner = if inner > 0.0 { inner } else { 0.0 };
-                // SAFETY: it is held between 0 and the last voxel.
-                let voxel = unsafe { whole(low(inner, last)) } as f32;
-                voxels[i] = voxel;
-                fractions[i] = inner - voxel;
-            }
-        }
-        for i in 0..n {
-            // SAFETY: they are what was made of them just now.
-            let (x, y, z) = unsafe {
-                (
-                    whole(out.voxel[0][i]),
-                    whole(out.voxel[1][i]),
-                    whole(out.voxel[2][i]),
-                )
-            };
-            // A word that names a missing brick counts as none, because words may come from a file.
-            let brick = if at.word[i] < self.count {
-                at.word[i]
-            } else {
-                0
-            };
-            out.start[i] = brick * samples + x + side * (y + side * z);
-        }
-        for (k, pairs) in out.pairs.iter_mut().enumerate() {
-            let step = [0, side, side * side, side * side + side][k];
-            for i in 0..n {
-                // SAFETY: the brick is there, and a voxel below the brick's side has samples above it.
-                pairs[i] = unsafe { pair_at(self.pool, (out.start[i] + step) as usize) };
-            }
-        }
+        let side = self.layout.brick_size_voxels;
+        load_voxels(self.pool, (self.count, side), at, n, out);
     }
 
     /// Loads the samples beyond the faces of a lane's voxel that are nearest to a position in it, from its own
@@ -283,42 +246,11 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         fraction: [f32; 3],
         out: &mut NeighborPlanes,
     ) {
-        let side = self.layout.brick_size_voxels + 1;
-        let strides = [1, side, side * side];
-        let last = self.layout.brick_size_voxels - 1;
-        for axis in 0..3 {
-            let stride = strides[axis];
-            let goes_up = fraction[axis] >= 0.5;
-            let voxel = corners.voxel[axis][i] as u32;
-            let is_outside = if goes_up { voxel == last } else { voxel == 0 };
-            let start = corners.start[i];
-            let first = if !is_outside {
-                Some(if goes_up {
-                    start + 2 * stride
-                } else {
-                    start - stride
-                })
-            } else {
-                self.neighbor(at, i, axis, goes_up).map(|brick| {
-                    // The same position in the neighbor, one plane from the common face.
-                    let own = at.word[i] * self.layout.brick_samples();
-                    let inner = start - own - voxel * stride;
-                    let plane = if goes_up { 1 } else { last };
-                    brick * self.layout.brick_samples() + inner + plane * stride
-                })
-            };
-            out.is_there[axis][i] = if first.is_some() { 1.0 } else { 0.0 };
-            let first = first.unwrap_or(start);
-            let (a, b) = (
-                strides[(axis == 0) as usize],
-                strides[2 - (axis == 2) as usize],
-            );
-            for (k, step) in [0, a, b, a + b].into_iter().enumerate() {
-                // Bricks end where voxels do, so all four are in the brick.
-                let sample = self.pool.get((first + step) as usize);
-                out.plane[axis][k][i] = sample.map_or(0.0, |s| s.code());
-            }
-        }
+        let neighbor = |axis: usize, goes_up: bool| self.neighbor(at, i, axis, goes_up);
+        let side = self.layout.brick_size_voxels;
+        load_planes(
+            self.pool, side, at.word[i], corners, i, fraction, neighbor, out,
+        );
     }
 
     /// Returns the brick of the cell next to a lane's.
@@ -336,5 +268,107 @@ impl<'a, T: Texel> BrickSampler<'a, T> {
         }
         let word = *self.words.get(self.bricks.word_index(cell))?;
         is_brick(word).then_some(word)
+    }
+}
+
+/// Loads the corner samples of the voxels that contain points of cells, from bricks of `side` voxels.
+///
+/// # Panics
+/// If `n` exceeds [`LANES`].
+#[inline(always)]
+pub(crate) fn load_voxels<T: Texel>(
+    pool: &[T],
+    (count, side): (u32, u32),
+    at: &CellLocations,
+    n: usize,
+    out: &mut VoxelSamples,
+) {
+    assert!(n <= LANES);
+    let last = (side - 1) as f32;
+    let side = side + 1;
+    let samples = side * side * side;
+    for axis in 0..3 {
+        let (voxels, fractions) = (&mut out.voxel[axis], &mut out.fraction[axis]);
+        for i in 0..n {
+            let inner = at.inner[axis][i];
+            let inner = if inner > 0.0 { inner } else { 0.0 };
+            // SAFETY: it is held between 0 and the last voxel.
+            let voxel = unsafe { whole(low(inner, last)) } as f32;
+            voxels[i] = voxel;
+            fractions[i] = inner - voxel;
+        }
+    }
+    for i in 0..n {
+        // SAFETY: they are what was made of them just now.
+        let (x, y, z) = unsafe {
+            (
+                whole(out.voxel[0][i]),
+                whole(out.voxel[1][i]),
+                whole(out.voxel[2][i]),
+            )
+        };
+        // A word that names a missing brick counts as none, because words may come from a file.
+        let brick = if at.word[i] < count { at.word[i] } else { 0 };
+        out.start[i] = brick * samples + x + side * (y + side * z);
+    }
+    for (k, pairs) in out.pairs.iter_mut().enumerate() {
+        let step = [0, side, side * side, side * side + side][k];
+        for i in 0..n {
+            // SAFETY: the brick is there, and a voxel below the brick's side has samples above it.
+            pairs[i] = unsafe { pair_at(pool, (out.start[i] + step) as usize) };
+        }
+    }
+}
+
+/// Loads the samples beyond the faces of a lane's voxel that are nearest to a position in it, from its brick or that
+/// of the neighbor along an axis, upward or downward.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one lane of many arrays")]
+pub(crate) fn load_planes<T: Texel>(
+    pool: &[T],
+    side: u32,
+    brick: u32,
+    corners: &VoxelSamples,
+    i: usize,
+    fraction: [f32; 3],
+    neighbor: impl Fn(usize, bool) -> Option<u32>,
+    out: &mut NeighborPlanes,
+) {
+    let last = side - 1;
+    let side = side + 1;
+    let samples = side * side * side;
+    let strides = [1, side, side * side];
+    for axis in 0..3 {
+        let stride = strides[axis];
+        let goes_up = fraction[axis] >= 0.5;
+        let voxel = corners.voxel[axis][i] as u32;
+        let is_outside = if goes_up { voxel == last } else { voxel == 0 };
+        let start = corners.start[i];
+        let first = if !is_outside {
+            Some(if goes_up {
+                start + 2 * stride
+            } else {
+                start - stride
+            })
+        } else {
+            neighbor(axis, goes_up).map(|beside| {
+                // The same position in the neighbor, one plane from the common face.
+                let own = brick * samples;
+                let inner = start - own - voxel * stride;
+                let plane = if goes_up { 1 } else { last };
+                beside * samples + inner + plane * stride
+            })
+        };
+        out.is_there[axis][i] = if first.is_some() { 1.0 } else { 0.0 };
+        let first = first.unwrap_or(start);
+        let (a, b) = (
+            strides[(axis == 0) as usize],
+            strides[2 - (axis == 2) as usize],
+        );
+        for (k, step) in [0, a, b, a + b].into_iter().enumerate() {
+            // Bricks end where voxels do, so all four are in the brick.
+            let sample = pool.get((first + step) as usize);
+            out.plane[axis][k][i] = sample.map_or(0.0, |s| s.code());
+        }
     }
 }

@@ -1,7 +1,10 @@
 //! The arrays of sparse bricks, without the blocks that they belong to.
 
 use super::changes::ChangeLog;
-use crate::Texels;
+use super::material::PLACES;
+use crate::{SampleFormat, Texels};
+use argil_abi::BRICK_MIXED;
+use glam::Vec3;
 
 /// Words of cells, and the bricks that they name.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,12 +27,56 @@ pub(crate) struct BrickStore {
 
 impl BrickStore {
     /// Returns the bytes of everything.
-    pub(super) fn memory_bytes(&self) -> u64 {
+    pub(crate) fn memory_bytes(&self) -> u64 {
         let tables = size_of_val(&self.words[..])
             + size_of_val(&self.cell_of_brick[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.mixed[..])
             + size_of_val(&self.brick_of_mixed[..]);
         tables as u64 + self.pool.bytes().len() as u64
+    }
+
+    /// Creates a store without bricks. `pool` holds one brick of zeros.
+    pub(crate) fn of(pool: Texels) -> Self {
+        Self {
+            words: Vec::new(),
+            cell_of_brick: Vec::new(),
+            materials: Vec::new(),
+            mixed: Vec::new(),
+            brick_of_mixed: Vec::new(),
+            pool,
+            changes: ChangeLog::default(),
+        }
+    }
+
+    /// Returns a brick's material: see [`super::Bricks::brick_material`].
+    pub(crate) fn material_of(&self, brick: u32) -> (u32, &[[u32; 2]]) {
+        let material = self.materials[brick as usize];
+        if material & BRICK_MIXED == 0 {
+            return (material, &[]);
+        }
+        let from = (material & !BRICK_MIXED) as usize * PLACES;
+        (BRICK_MIXED, &self.mixed[from..from + PLACES])
+    }
+
+    /// Returns the interpolated code of a brick of 8³ voxels at a position in voxels.
+    pub(crate) fn interpolated(&self, brick: u32, place: Vec3) -> f32 {
+        let low = place.clamp(Vec3::ZERO, Vec3::splat(7.0)).floor();
+        let part = (place - low).clamp(Vec3::ZERO, Vec3::ONE);
+        let low = low.as_uvec3();
+        let code = |x: u32, y: u32, z: u32| {
+            let at = low + glam::uvec3(x, y, z);
+            let at = (brick * 729 + at.x + 9 * (at.y + 9 * at.z)) as usize;
+            match self.pool.bits() {
+                SampleFormat::Snorm8 => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
+                SampleFormat::Snorm16 => {
+                    self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at]))
+                }
+            }
+        };
+        let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let row = |y: u32, z: u32| mix(code(0, y, z), code(1, y, z), part.x);
+        let plane = |z: u32| mix(row(0, z), row(1, z), part.y);
+        mix(plane(0), plane(1), part.z)
     }
 }

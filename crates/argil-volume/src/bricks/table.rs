@@ -386,7 +386,7 @@ fn child(at: IVec3, level: u32) -> usize {
 }
 
 /// Iterates over all positions from one to another, x fastest.
-pub(super) fn places(first: IVec3, last: IVec3) -> impl Iterator<Item = IVec3> {
+pub(crate) fn places(first: IVec3, last: IVec3) -> impl Iterator<Item = IVec3> {
     (first.z..=last.z).flat_map(move |z| {
         (first.y..=last.y).flat_map(move |y| (first.x..=last.x).map(move |x| IVec3::new(x, y, z)))
     })

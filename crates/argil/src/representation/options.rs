@@ -7,7 +7,7 @@ use argil_field::Program;
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_render::RenderMode;
 use argil_scene::Scene;
-use argil_volume::{Encoding, Volume, VoxelGrid};
+use argil_volume::{Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
 
 /// What a representation is built from, and on which device.
 pub(crate) struct BuildContext<'a> {
@@ -26,6 +26,8 @@ pub(crate) trait RepresentationOptions: Copy + Default {
     const DESCRIPTION: &'static str;
     /// Whether voxels are counted from the world's origin, so that the grid can grow.
     const IS_UNBOUNDED: bool = false;
+    /// Maximum voxels along the longest side.
+    const MAX_RESOLUTION: u32 = *RESOLUTION_RANGE.end();
 
     /// Creates options with a number of voxels along the longest side.
     fn with_resolution(resolution: u32) -> Self;
@@ -72,6 +74,7 @@ pub(crate) trait RepresentationOptions: Copy + Default {
                 site.program,
                 self.resolution(),
                 self.voxel_size(),
+                Self::MAX_RESOLUTION,
             )?,
         };
         self.build(site, voxel_grid).await

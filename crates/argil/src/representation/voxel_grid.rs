@@ -4,7 +4,7 @@ use crate::BuildError;
 use argil_field::Program;
 use argil_math::Aabb;
 use argil_scene::{Extents, Scene};
-use argil_volume::{MAX_SPARSE_RESOLUTION, VoxelGrid};
+use argil_volume::{MAX_SPARSE_RESOLUTION, RESOLUTION_RANGE, VoxelGrid};
 use glam::Vec3;
 
 /// Returns the voxel grid of a scene, from a resolution or a voxel size.
@@ -13,11 +13,18 @@ pub(crate) fn voxel_grid_of(
     program: &Program,
     resolution: u32,
     voxel: Option<f32>,
+    most: u32,
 ) -> Result<VoxelGrid, BuildError> {
     let solid = sampled_box(scene, program);
     let bounds = clip_box(scene, solid);
     Ok(match voxel {
         Some(voxel) => VoxelGrid::with_voxel_size(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?,
+        None if (RESOLUTION_RANGE.end() + 1..=most).contains(&resolution) => {
+            let widest = *RESOLUTION_RANGE.end();
+            let coarse = VoxelGrid::fitting(solid, bounds, widest)?;
+            let voxel = coarse.voxel_size * (widest as f32 / resolution as f32);
+            VoxelGrid::with_voxel_size(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?
+        }
         None => VoxelGrid::fitting(solid, bounds, resolution)?,
     })
 }

@@ -1,0 +1,49 @@
+//! Where the last update changed distances, up to a length.
+
+use super::IncrementalProgram;
+use super::piece::Operand;
+use crate::part_grid::PartGrid;
+use crate::pieces::ROOT;
+use argil_math::Aabb;
+use argil_scene::{OperatorKind, max_blend_propagation};
+
+impl IncrementalProgram {
+    /// Returns boxes outside which the last update changed no distance below `far`, and no material of a surface.
+    /// Returns `None` if it may have changed any.
+    pub fn changed_boxes(&self, far: f32) -> Option<Vec<Aabb>> {
+        let touched = self.changes()?;
+        let after = touched.after.iter().map(|node| self.operands.get(node));
+        let after = after.collect::<Option<Vec<&Operand>>>()?;
+        let all = || touched.before.iter().chain(after.iter().copied());
+        let acts = |own: &&Operand| own.visible && !own.extent.aabb.is_empty();
+        let is_everywhere = |own: &Operand| {
+            own.operator.kind == OperatorKind::Intersect || !own.extent.aabb.is_finite()
+        };
+        if all().filter(|own| own.visible).any(is_everywhere) {
+            return None;
+        }
+        // The blends of what is gone count too.
+        let [root, inner] = self.counts.largest_blends();
+        let blend_of = |is_inner: bool, known: f32| {
+            let own = touched
+                .before
+                .iter()
+                .filter(|own| (own.group != ROOT) == is_inner);
+            own.map(|own| own.operator.blend).fold(known, f32::max)
+        };
+        let chamfered = self.counts.has_chamfers() || all().any(Operand::is_chamfered);
+        let falls = [
+            max_blend_propagation(blend_of(false, root), chamfered, far),
+            max_blend_propagation(blend_of(true, inner), false, 0.0),
+        ];
+        let parts = PartGrid {
+            far,
+            ..self.index.parts
+        };
+        let boxes = all().filter(acts).map(|own| {
+            let joints = self.groups.joints_of(own);
+            parts.reached_by(joints.iter().rev(), &own.extent, falls)
+        });
+        Some(boxes.collect())
+    }
+}

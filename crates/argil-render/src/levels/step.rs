@@ -1,0 +1,360 @@
+//! One step of a batch of rays, each with its own voxel size.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
+use super::PageNotes;
+use crate::bricks::step::{
+    MARGIN_VOXELS, NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RELAXATION, StepOutcome, begin, high,
+    low, tiny,
+};
+use crate::bricks::voxel_intersect::{NearLanes, VoxelMeasures, normals, roots};
+use crate::ray_batch::{RETIRED, RayBatch};
+use argil_abi::{self as abi, FrameUniform};
+use argil_field::LANES;
+use argil_volume::{
+    LevelLanes, LevelSampler, NeighborPlanes, Texel, VoxelSamples, is_block_empty, is_brick,
+};
+use multiversion::multiversion;
+use std::ops::Range;
+
+/// The part of a level over which its border with the next one is dithered.
+const DITHER: f32 = 0.3;
+
+/// A batch of rays near the surface, and their pixels.
+pub(super) struct NearLevelLanes {
+    pub rays: NearLanes,
+    pub pixel: [u32; LANES],
+}
+
+impl Default for NearLevelLanes {
+    fn default() -> Self {
+        Self {
+            rays: NearLanes::default(),
+            pixel: [0; LANES],
+        }
+    }
+}
+
+/// Returns a factor around 1 that differs from pixel to pixel.
+#[inline(always)]
+fn dither(pixel: u32) -> f32 {
+    let hash = pixel.wrapping_mul(0x9e37_79b9);
+    let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca6b);
+    let share = (hash >> 8) as f32 * (1.0 / 16_777_216.0);
+    1.0 + DITHER * (share - 0.5)
+}
+
+/// Finds the pages of rays. `size` is the edge of a voxel at length 1.
+#[inline(always)]
+fn locate<T: Texel>(
+    sampler: &LevelSampler<'_, T>,
+    size: f32,
+    (direction, t, pixel): ([&[f32]; 3], &[f32], &[u32]),
+    lanes: &mut LevelLanes,
+) {
+    let n = t.len();
+    let mut u = [[0.0f32; LANES]; 3];
+    let mut wanted = [0u32; LANES];
+    for axis in 0..3 {
+        for i in 0..n {
+            u[axis][i] = sampler.position(axis, direction[axis][i] * t[i]);
+        }
+    }
+    for i in 0..n {
+        wanted[i] = sampler.level_of(size * t[i] * dither(pixel[i]));
+    }
+    sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &wanted[..n], lanes);
+}
+
+/// Returns the largest distance at which a pixel's footprint ends a ray, in voxels.
+#[inline(always)]
+fn widest<T: Texel>(sampler: &LevelSampler<'_, T>) -> f32 {
+    high(sampler.band_voxels() - MARGIN_VOXELS, 0.0)
+}
+
+/// Takes one step of a batch of rays.
+#[inline(always)]
+fn step<T: Texel>(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, T>,
+    (size, steps): (f32, u32),
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    (lanes, notes): (&mut LevelLanes, &mut PageNotes),
+    found: &mut StepOutcome,
+) {
+    let n = range.len();
+    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel_width);
+    let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
+    let widest = widest(sampler);
+    let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
+    let [dx, dy, dz] = &wave.direction;
+    let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
+    let (t, ends) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+    let pages = &mut wave.page[range.clone()];
+    let side = &mut wave.side[range.clone()];
+    let (samples, cells) = (
+        &mut wave.samples[range.clone()],
+        &mut wave.cells[range.clone()],
+    );
+    let (over, last_gap) = (
+        &mut wave.over[range.clone()],
+        &mut wave.last_gap[range.clone()],
+    );
+    let last_way = &mut wave.last_way[range.clone()];
+    let pixel = &wave.pixel[range.clone()];
+    let last = &mut wave.level[range];
+    lanes.page[..n].copy_from_slice(pages);
+    locate(sampler, size, (direction, t, pixel), lanes);
+    let mut corners = VoxelSamples::default();
+    sampler.voxel_samples(&lanes.at, n, &mut corners);
+    for i in 0..n {
+        if ends[i] != RETIRED && (lanes.page[i] != pages[i] || lanes.gap[i] > 0.0 || is_first) {
+            notes.note(lanes, i, t[i]);
+        }
+    }
+    pages.copy_from_slice(&lanes.page[..n]);
+
+    let (mut gap, mut leave) = ([0.0f32; LANES], [f32::MAX; LANES]);
+    for i in 0..n {
+        gap[i] = if is_brick(lanes.at.word[i]) {
+            corners.value::<T>(i) * quantum * lanes.voxel[i]
+        } else {
+            sampler.empty_cell_distance(lanes, i)
+        };
+    }
+    if is_first {
+        last.fill(u32::MAX);
+        begin(&gap[..n], side);
+    }
+    for axis in 0..3 {
+        let d = direction[axis];
+        for i in 0..n {
+            let edge = if is_block_empty(lanes.at.word[i]) {
+                4.0
+            } else {
+                1.0
+            };
+            let first = (lanes.at.cell[axis][i] * (1.0 / edge)).floor() * edge;
+            let d = tiny(d[i]);
+            let ahead = if d > 0.0 { first + edge } else { first };
+            let way = (ahead * 8.0 - lanes.place[axis][i]) * lanes.voxel[i] / d;
+            leave[i] = low(leave[i], way);
+        }
+    }
+    for i in 0..n {
+        let voxel = lanes.voxel[i];
+        let in_brick = is_brick(lanes.at.word[i]);
+        // In a page that is too coarse, the surface may be nearer than interpolated.
+        let off = if in_brick & (lanes.gap[i] > 0.0) {
+            error * voxel
+        } else {
+            0.0
+        };
+        let g = gap[i] * side[i] - off;
+        let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i];
+        let empty_way = high(g * scale, leave[i] + nudge);
+        let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest * voxel));
+        // The spheres no longer touch: return to the end of the last one.
+        let too_far = (over[i] > 0.0) & (g < over[i]);
+        let near = in_brick & (g < close) & !too_far;
+        let reached = !in_brick & (g < 0.0) & !too_far;
+        // Along a plane, spheres still touch with this additional distance between their centers.
+        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
+        let sum = before + fell;
+        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
+        let more = RELAXATION * g * share * scale;
+        let beyond = if in_brick & !too_far { more } else { 0.0 };
+        let moved = if in_brick {
+            g * scale + beyond
+        } else {
+            empty_way
+        };
+        let moved = if too_far { -over[i] } else { moved };
+        let stays = near | reached;
+        over[i] = if stays { 0.0 } else { beyond };
+        let tells = in_brick & !too_far & !stays;
+        last_gap[i] = g;
+        last_way[i] = if tells { moved } else { 0.0 };
+        t[i] += if stays { 0.0 } else { moved };
+        // Beyond the ray's end, it must not go farther than what is known to be free, or it would miss what is
+        // there.
+        let pull = low(high(t[i] - ends[i], 0.0), over[i]);
+        t[i] -= pull;
+        over[i] -= pull;
+        last_way[i] = high(last_way[i] - pull, 0.0);
+        let is_there = ends[i] != RETIRED;
+        cells[i] += u32::from(last[i] != lanes.at.index[i]);
+        last[i] = lanes.at.index[i];
+        samples[i] += u32::from(in_brick);
+        found.near[i] = u8::from(near);
+        found.reached[i] = u8::from(reached);
+        found.ended[i] = u8::from(is_there & (near | reached | is_last | (t[i] > ends[i])));
+    }
+}
+
+/// Solves a batch's cubics for their first roots, and computes the normals there.
+#[inline(always)]
+fn solve<T: Texel>(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, T>,
+    (size, n): (f32, usize),
+    near: &mut NearLevelLanes,
+    (lanes, notes): (&mut LevelLanes, &mut PageNotes),
+) {
+    let NearLevelLanes { rays, pixel } = near;
+    let [dx, dy, dz] = &rays.direction;
+    let direction = [&dx[..n], &dy[..n], &dz[..n]];
+    locate(sampler, size, (direction, &rays.t[..n], &pixel[..n]), lanes);
+    let mut corners = VoxelSamples::default();
+    sampler.voxel_samples(&lanes.at, n, &mut corners);
+    let mut measures = VoxelMeasures {
+        voxel: [1.0; LANES],
+        quantum: [1.0; LANES],
+        close: [0.0; LANES],
+        nudge: [0.0; LANES],
+    };
+    let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
+    let widest = widest(sampler);
+    let footprint = 0.5 * frame.pixel_width;
+    for i in 0..n {
+        let (voxel, t) = (lanes.voxel[i], rays.t[i]);
+        let off = if lanes.gap[i] > 0.0 {
+            error * voxel
+        } else {
+            0.0
+        };
+        measures.voxel[i] = voxel;
+        measures.quantum[i] = quantum * voxel;
+        measures.nudge[i] = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t;
+        measures.close[i] = high(frame.epsilon, low(footprint * t, widest * voxel)) + off;
+    }
+    let mut hit = [[0.0f32; LANES]; 3];
+    roots::<T>(&measures, &corners, n, rays, &mut hit);
+    let mut beyond = NeighborPlanes::default();
+    if frame.normals == abi::NORMALS_SMOOTH {
+        for i in 0..n {
+            if rays.hit[i] != 0 {
+                let fraction = [hit[0][i], hit[1][i], hit[2][i]];
+                let asked = &mut notes.asked;
+                sampler.neighbor_planes(lanes, &corners, i, fraction, &mut beyond, asked);
+            }
+        }
+    }
+    normals::<T>(&corners, &beyond, &hit, n, rays);
+}
+
+/// Computes lower bounds of the signed distance around points in the scene's space.
+#[inline(always)]
+fn clearances<T: Texel>(
+    sampler: &LevelSampler<'_, T>,
+    (eye, size): ([f32; 3], f32),
+    points: [&[f32]; 3],
+    t: &[f32],
+    (lanes, notes): (&mut LevelLanes, &mut PageNotes),
+    out: &mut [f32],
+) {
+    let n = out.len();
+    let mut u = [[0.0f32; LANES]; 3];
+    let mut wanted = [0u32; LANES];
+    for axis in 0..3 {
+        for i in 0..n {
+            u[axis][i] = sampler.position(axis, points[axis][i] - eye[axis]);
+        }
+    }
+    for i in 0..n {
+        wanted[i] = sampler.level_of(size * t[i]);
+    }
+    sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &wanted[..n], lanes);
+    let mut corners = VoxelSamples::default();
+    sampler.voxel_samples(&lanes.at, n, &mut corners);
+    let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
+    for i in 0..n {
+        notes.note(lanes, i, t[i]);
+        let voxel = lanes.voxel[i];
+        let d = corners.value::<T>(i) * quantum * voxel;
+        let length = high(d.abs() - error * voxel, 0.0);
+        out[i] = if is_brick(lanes.at.word[i]) {
+            if d < 0.0 { -length } else { length }
+        } else {
+            sampler.empty_cell_distance(lanes, i)
+        };
+    }
+}
+
+// `multiversion` does not accept generic functions, so each sample type has a wrapper.
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i8(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, i8>,
+    sizes: (f32, u32),
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    notes: (&mut LevelLanes, &mut PageNotes),
+    found: &mut StepOutcome,
+) {
+    step(frame, sampler, sizes, wave, range, notes, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn solve_i8(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, i8>,
+    sizes: (f32, usize),
+    near: &mut NearLevelLanes,
+    notes: (&mut LevelLanes, &mut PageNotes),
+) {
+    solve(frame, sampler, sizes, near, notes);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn clearances_i8(
+    sampler: &LevelSampler<'_, i8>,
+    eye: ([f32; 3], f32),
+    points: [&[f32]; 3],
+    t: &[f32],
+    notes: (&mut LevelLanes, &mut PageNotes),
+    out: &mut [f32],
+) {
+    clearances(sampler, eye, points, t, notes, out);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn step_i16(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, i16>,
+    sizes: (f32, u32),
+    wave: &mut RayBatch,
+    range: Range<usize>,
+    notes: (&mut LevelLanes, &mut PageNotes),
+    found: &mut StepOutcome,
+) {
+    step(frame, sampler, sizes, wave, range, notes, found);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn solve_i16(
+    frame: &FrameUniform,
+    sampler: &LevelSampler<'_, i16>,
+    sizes: (f32, usize),
+    near: &mut NearLevelLanes,
+    notes: (&mut LevelLanes, &mut PageNotes),
+) {
+    solve(frame, sampler, sizes, near, notes);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn clearances_i16(
+    sampler: &LevelSampler<'_, i16>,
+    eye: ([f32; 3], f32),
+    points: [&[f32]; 3],
+    t: &[f32],
+    notes: (&mut LevelLanes, &mut PageNotes),
+    out: &mut [f32],
+) {
+    clearances(sampler, eye, points, t, notes, out);
+}

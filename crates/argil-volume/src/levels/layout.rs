@@ -1,0 +1,101 @@
+use crate::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError, VoxelGrid};
+use argil_math::Aabb;
+use glam::IVec3;
+
+/// Voxels along the longest side of the coarsest level, at most.
+const ROOT_VOXELS: u32 = 64;
+/// Maximum number of levels: 2²³ voxels, the most that a grid counts, and the coarsest.
+pub(crate) const MAX_LEVELS: u32 = 18;
+
+/// The layout of levels of detail.
+///
+/// A voxel of level L is 2^L times as long as one of level 0. All levels count their voxels from the same corner, so
+/// a block of a level covers 2³ blocks of the next finer one.
+///
+/// ```
+/// use argil_volume::{BrickSettings, LevelsLayout, VoxelGrid};
+/// use argil_math::Aabb;
+/// let grid = VoxelGrid::fitting(Aabb::centered([1.0; 3].into()), None, 1024)?;
+/// let layout = LevelsLayout::new(grid, &BrickSettings { brick_size_voxels: 8, ..Default::default() })?;
+/// assert_eq!(layout.len(), 5);
+/// assert_eq!(layout.level(4).voxel_grid.voxel_size, 16.0 * grid.voxel_size);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelsLayout {
+    finest: BrickLayout,
+    count: u32,
+}
+
+impl LevelsLayout {
+    /// Creates the levels of a grid, whose voxels are those of the finest level.
+    ///
+    /// # Errors
+    /// If the brick size or the encoding is not supported. Bricks of levels have 8 voxels per side.
+    #[expect(clippy::len_without_is_empty, reason = "there is at least one level")]
+    pub fn new(voxel_grid: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
+        if settings.brick_size_voxels != 8 {
+            return Err(BricksError::LevelBrick(settings.brick_size_voxels));
+        }
+        let finest = BrickLayout::new(voxel_grid, settings)?;
+        let longest = voxel_grid.size.max_element();
+        let count = (0..MAX_LEVELS)
+            .find(|level| longest.div_ceil(1 << level) <= ROOT_VOXELS)
+            .map_or(MAX_LEVELS, |level| level + 1);
+        Ok(Self { finest, count })
+    }
+
+    pub(super) fn finest(&self) -> &BrickLayout {
+        &self.finest
+    }
+
+    /// Returns the number of levels.
+    pub fn len(&self) -> u32 {
+        self.count
+    }
+
+    /// Returns the number of the coarsest level.
+    pub fn root(&self) -> u32 {
+        self.count - 1
+    }
+
+    /// Returns the layout of a level. Level 0 is the finest.
+    pub fn level(&self, level: u32) -> BrickLayout {
+        let grid = &self.finest.voxel_grid;
+        let begin = grid.begin >> level;
+        let last = (grid.begin + grid.size.as_ivec3() - 1) >> level;
+        BrickLayout {
+            voxel_grid: VoxelGrid {
+                voxel_size: grid.voxel_size * (1u32 << level) as f32,
+                begin,
+                size: (last - begin + 1).as_uvec3(),
+                ..*grid
+            },
+            ..self.finest
+        }
+    }
+
+    /// Returns the blocks of the coarsest level: the first, and the one after the last.
+    pub(super) fn root_blocks(&self) -> [IVec3; 2] {
+        self.level(self.root()).block_range()
+    }
+
+    /// Returns the box of a block.
+    pub fn block_box(&self, level: u32, block: IVec3) -> Aabb {
+        let layout = self.level(level);
+        let edge = BLOCK_SIDE as f32 * layout.cell_length();
+        let min = layout.voxel_grid.corner + edge * block.as_vec3();
+        Aabb::new(min, min + edge)
+    }
+
+    /// Returns the same levels over another box of the same voxels.
+    pub(super) fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
+        Self {
+            finest: BrickLayout {
+                voxel_grid,
+                ..self.finest
+            },
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The state of levels for edits in place.
+
+use super::layout::LevelsLayout;
+use crate::{PendingEdits, TooFarError, VoxelGrid};
+use argil_field::{IncrementalProgram, PartGrid, Program};
+use argil_math::Aabb;
+use glam::Vec3;
+use std::any::Any;
+
+/// The layout of levels, and the boxes in which edits changed what each level stores.
+#[derive(Debug)]
+pub struct LevelsPendingEdits {
+    pub(super) layout: LevelsLayout,
+    boxes: Vec<Vec<Aabb>>,
+}
+
+impl LevelsPendingEdits {
+    pub(super) fn of(layout: LevelsLayout) -> Self {
+        Self {
+            layout,
+            boxes: vec![Vec::new(); layout.len() as usize],
+        }
+    }
+
+    /// Returns the edits of levels, if these are.
+    pub fn downcast_ref(edits: &dyn PendingEdits) -> Option<&Self> {
+        (edits as &dyn Any).downcast_ref()
+    }
+
+    /// Returns the edits of levels, to change them.
+    pub fn downcast_mut(edits: &mut dyn PendingEdits) -> Option<&mut Self> {
+        (edits as &mut dyn Any).downcast_mut()
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.boxes.iter().all(Vec::is_empty)
+    }
+
+    /// Takes the boxes of a level.
+    pub(super) fn take(&mut self, level: u32) -> Vec<Aabb> {
+        std::mem::take(&mut self.boxes[level as usize])
+    }
+}
+
+impl PendingEdits for LevelsPendingEdits {
+    fn voxel_grid(&self) -> &VoxelGrid {
+        self.layout.finest_grid()
+    }
+
+    fn margins(&self, program: &Program) -> [f32; 2] {
+        self.layout.level(0).margins(program)
+    }
+
+    fn min_margins(&self, program: &Program) -> [f32; 2] {
+        self.layout.level(0).min_margins(program)
+    }
+
+    fn parts(&self, program: &Program) -> PartGrid {
+        self.layout.level(0).parts(program)
+    }
+
+    fn grow_to(&mut self, solid: Aabb) -> Result<bool, TooFarError> {
+        let grid = self.layout.finest_grid();
+        let edge = 1 << (super::page::PAGE_VOXELS_LOG2 + self.layout.root());
+        let grown = grid.grown_to(solid, edge)?;
+        let is_larger = grown != *grid;
+        self.layout = self.layout.with_grid(grown);
+        Ok(is_larger)
+    }
+
+    fn merge(&mut self, live: &IncrementalProgram, _: &[[Aabb; 2]]) -> bool {
+        for level in 0..self.layout.len() {
+            let layout = self.layout.level(level);
+            let [_, far] = layout.margins(live.program());
+            let jumps = far + layout.cell_length();
+            let own = &mut self.boxes[level as usize];
+            match live.changed_boxes(far) {
+                Some(boxes) => own.extend(boxes),
+                // It is not known what changed.
+                None => own.push(Aabb::ALL),
+            }
+            own.extend(live.jumps_added().iter().map(|one| one.grown(jumps)));
+        }
+        true
+    }
+
+    fn sort_by_distance(&mut self, _: Vec3) {}
+
+    fn remaining_blocks(&self) -> u64 {
+        self.boxes.iter().map(|boxes| boxes.len() as u64).sum()
+    }
+
+    fn clear(&mut self) {
+        self.boxes.iter_mut().for_each(Vec::clear);
+    }
+}
