@@ -157,7 +157,7 @@ fn step<T: Texel>(
         let g = gap[i] * side[i] - off;
         let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i];
         let empty_way = high(g * scale, leave[i] + nudge);
-        let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest * voxel));
+        let close = NEAR_VOXELS * voxel;
         // The spheres no longer touch: return to the end of the last one.
         let too_far = (over[i] > 0.0) & (g < over[i]);
         let near = in_brick & (g < close) & !too_far;
@@ -230,7 +230,7 @@ fn solve<T: Texel>(
         measures.voxel[i] = voxel;
         measures.quantum[i] = quantum * voxel;
         measures.nudge[i] = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t;
-        measures.close[i] = high(frame.epsilon, low(footprint * t, widest * voxel)) + off;
+        measures.close[i] = frame.epsilon + off;
     }
     let mut hit = [[0.0f32; LANES]; 3];
     roots::<T>(&measures, &corners, n, rays, &mut hit);

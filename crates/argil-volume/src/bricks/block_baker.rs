@@ -17,11 +17,14 @@ pub(crate) struct BlockContext<'a> {
     bounds: CellBounds<'a>,
     fill: FillUniform,
     places: SampleOffsets,
+    /// The largest deviation of distances from a plane in a flat cell.
+    tolerance: f32,
 }
 
 impl<'a> BlockContext<'a> {
-    pub(crate) fn new(program: &'a Program, layout: BrickLayout) -> Self {
+    pub(crate) fn new(program: &'a Program, layout: BrickLayout, tolerance: f32) -> Self {
         Self {
+            tolerance,
             program,
             bounds: CellBounds::new(program, &layout),
             fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
@@ -65,6 +68,9 @@ impl<'a> BlockContext<'a> {
             if bounds.is_clear(least, reach) {
                 made.texels.truncate(begin);
                 continue;
+            }
+            if baker.is_flat(list, cell, self.tolerance) {
+                made.flat |= 1 << i;
             }
             let material = baker.material(list, cell, &mut made.mixed);
             made.bricks.push((*i, material));

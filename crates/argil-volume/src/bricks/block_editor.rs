@@ -33,6 +33,8 @@ pub(crate) struct BakedBlock<T> {
     pub mixed: Vec<[u32; 2]>,
     /// Bricks of which at least one sample was evaluated.
     pub sampled: u64,
+    /// Cells whose distances are those of a plane, one bit each, where that is asked for.
+    pub flat: u64,
 }
 
 /// Moves the lowest bits of `bits` to the positions of the set bits in `places`, in order.
@@ -87,6 +89,7 @@ impl<T> BakedBlock<T> {
             texels: Vec::new(),
             mixed: Vec::new(),
             sampled: 0,
+            flat: 0,
         }
     }
 }

@@ -16,7 +16,12 @@ use multiversion::multiversion;
 pub(crate) struct SampleOffsets {
     brick: [Vec<f32>; 3],
     octant: [Vec<f32>; 3],
+    /// Points between samples, in the brick and one voxel around it.
+    between: [Vec<f32>; 3],
 }
+
+/// Points between samples along each axis.
+const BETWEEN: usize = 6;
 
 impl SampleOffsets {
     pub(super) fn new(layout: &BrickLayout) -> Self {
@@ -30,6 +35,10 @@ impl SampleOffsets {
         Self {
             brick: of(layout.brick_size_voxels + 1),
             octant: of(layout.brick_size_voxels / 2 + 1),
+            between: of(BETWEEN as u32).map(|own| {
+                let step = (layout.brick_size_voxels + 2) as f32 / (BETWEEN - 1) as f32;
+                own.into_iter().map(|place| place * step - 1.0).collect()
+            }),
         }
     }
 }
@@ -85,6 +94,48 @@ impl<'a> BrickBaker<'a> {
         sample(self.layout, &mut self.evaluator, from, first, places, d);
         encode(d, self.fill, out);
         nearest(d)
+    }
+
+    /// Whether the distance is that of a plane, to within `tolerance`, in the brick that was sampled last and one voxel
+    /// around it. Then finer samples would tell nothing more.
+    ///
+    /// Points between samples are measured too. Only a program of one plain shape counts, because a small detail of
+    /// another could lie between all points.
+    pub(super) fn is_flat(&mut self, instrs: &[Instruction], cell: IVec3, tolerance: f32) -> bool {
+        if instrs.len() > LONG || !is_plain(instrs) {
+            return false;
+        }
+        let n = self.layout.brick_size_voxels as usize;
+        let d = &self.d;
+        let side = n + 1;
+        let corner = |x: usize, y: usize, z: usize| d[n * (x + side * (y + side * z))];
+        let at = corner(0, 0, 0);
+        let slope =
+            [corner(1, 0, 0), corner(0, 1, 0), corner(0, 0, 1)].map(|far| (far - at) / n as f32);
+        let plane = |x: f32, y: f32, z: f32| at + slope[0] * x + slope[1] * y + slope[2] * z;
+        let is_near = |d: f32, x: f32, y: f32, z: f32| (d - plane(x, y, z)).abs() <= tolerance;
+        if !is_near(corner(1, 1, 1), n as f32, n as f32, n as f32) {
+            return false;
+        }
+        let places = &self.places.brick;
+        let mut samples = d.iter().enumerate();
+        if !samples.all(|(i, &d)| is_near(d, places[0][i], places[1][i], places[2][i])) {
+            return false;
+        }
+        let between = &self.places.between;
+        let mut found = [0.0; BETWEEN * BETWEEN * BETWEEN];
+        let first = (cell * n as i32).as_vec3();
+        let evaluator = &mut self.evaluator;
+        sample(
+            self.layout,
+            evaluator,
+            (FAR, instrs),
+            first,
+            between,
+            &mut found,
+        );
+        let mut found = found.iter().enumerate();
+        found.all(|(i, &d)| is_near(d, between[0][i], between[1][i], between[2][i]))
     }
 
     /// Samples some octants of a cell's brick again, one bit each. Returns the distance nearest to the surface. A
@@ -257,6 +308,19 @@ impl<'a> BrickBaker<'a> {
         }));
         BRICK_MIXED | (mixed.len() / PLACES - 1) as u32
     }
+}
+
+/// Whether a program consists of one shape, placed by affine maps, whose distance is exact.
+fn is_plain(instrs: &[Instruction]) -> bool {
+    let shapes = instrs.iter().filter(|i| i.op < argil_abi::OP_SHAPES_END);
+    let is_shape = |op: u32| op < argil_abi::OP_FIRST_ITERATIVE;
+    let is_place = |op: u32| {
+        matches!(
+            op,
+            argil_abi::OP_AFFINE | argil_abi::OP_PUSH_POINT | argil_abi::OP_POP_POINT
+        )
+    };
+    shapes.count() == 1 && instrs.iter().all(|i| is_shape(i.op) || is_place(i.op))
 }
 
 /// Returns the material of a program that has only one. Equal materials of the table count as the first of them.

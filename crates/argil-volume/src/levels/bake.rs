@@ -8,6 +8,9 @@ use argil_abi::Instruction;
 use argil_field::{Program, Pruner};
 use glam::{IVec3, Vec3};
 
+/// The largest deviation from a plane in a cell that is not refined, in voxels of level 0.
+const FLAT: f32 = 0.125;
+
 /// What all pages of a program share, level by level.
 pub(super) struct PageContext<'a> {
     program: &'a Program,
@@ -24,7 +27,9 @@ pub(super) struct PageBaker<'a> {
 
 impl<'a> PageContext<'a> {
     pub(super) fn new(program: &'a Program, layout: &LevelsLayout) -> Self {
-        let levels = (0..layout.len()).map(|level| BlockContext::new(program, layout.level(level)));
+        let tolerance = FLAT * layout.finest().voxel_grid.voxel_size;
+        let levels = (0..layout.len())
+            .map(|level| BlockContext::new(program, layout.level(level), tolerance));
         Self {
             program,
             levels: levels.collect(),

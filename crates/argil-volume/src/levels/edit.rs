@@ -75,7 +75,7 @@ impl Levels {
             // Without a brick in the octant, there are no finer pages.
             let mut gone = Vec::new();
             for &slot in &touched {
-                let octants = self.octants_with_bricks(slot);
+                let octants = self.open_octants(slot);
                 for octant in (0..8).filter(|octant| octants >> octant & 1 == 0) {
                     self.list_below(self.pages[slot as usize].children[octant], &mut gone);
                 }

@@ -145,6 +145,7 @@ impl Levels {
                 let slot = self.pages.len() as u32;
                 self.pages.push(page);
                 self.masks.push(0);
+                self.open.push(0);
                 self.lists.push(None);
                 self.used.push(AtomicU32::new(0));
                 let words = (slot as usize + 1) * CELLS_PER_BATCH;
@@ -156,6 +157,7 @@ impl Levels {
         };
         self.pages[slot as usize] = page;
         self.masks[slot as usize] = 0;
+        self.open[slot as usize] = 0;
         self.lists[slot as usize] = None;
         *self.used[slot as usize].get_mut() = frame;
         slot
@@ -195,9 +197,11 @@ impl Levels {
             }
         }
         pool.close();
-        for &slot in &slots {
-            let words = slot as usize * CELLS_PER_BATCH..(slot as usize + 1) * CELLS_PER_BATCH;
-            self.masks[slot as usize] = empty_cells_of(&mut self.store.words[words]);
+        for (page, &slot) in baked.iter().zip(&slots) {
+            let slot = slot as usize;
+            let words = &mut self.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+            self.masks[slot] = empty_cells_of(words);
+            self.open[slot] = self.masks[slot] & !page.made.flat;
         }
     }
 
@@ -221,6 +225,7 @@ impl Levels {
                 }
             }
             self.masks[slot as usize] = 0;
+            self.open[slot as usize] = 0;
             self.lists[slot as usize] = None;
             self.free.push(slot);
         }
@@ -343,7 +348,7 @@ impl Levels {
             page.level > 0
                 && self.is_resident(slot)
                 && page.children[octant as usize] == NO_PAGE
-                && self.octants_with_bricks(slot) >> octant & 1 != 0
+                && self.open_octants(slot) >> octant & 1 != 0
         })
     }
 

@@ -160,7 +160,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             let octant = octant_of(place);
             out.octant[i] = octant;
             let is_coarse = page.level > wanted[i]
-                && self.levels.masks[slot as usize] & octant_cells(octant) != 0;
+                && self.levels.open[slot as usize] & octant_cells(octant) != 0;
             out.gap[i] = if is_coarse {
                 (page.level - wanted[i]) as f32
             } else {
@@ -291,7 +291,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             if found.level > page.level {
                 let inner = (block >> (found.level - 1 - page.level)) & 1;
                 let octant = (inner.x + 2 * inner.y + 4 * inner.z) as u32;
-                if self.levels.masks[slot as usize] & octant_cells(octant) != 0 {
+                if self.levels.open[slot as usize] & octant_cells(octant) != 0 {
                     let gap = (found.level - page.level) as f32;
                     asked.push(PageRequest::new(slot, octant, gap, 0.0));
                 }

@@ -11,8 +11,8 @@ use argil_field::CELLS_PER_BATCH;
 use glam::{IVec3, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Bytes of a page without its bricks: its node, words, mask, and the frame that used it last.
-pub(super) const PAGE_BYTES: u64 = 64 + 4 * CELLS_PER_BATCH as u64 + 8 + 4;
+/// Bytes of a page without its bricks: its node, words, masks, and the frame that used it last.
+pub(super) const PAGE_BYTES: u64 = 64 + 4 * CELLS_PER_BATCH as u64 + 16 + 4;
 
 /// Bricks at many levels of detail, within a budget of memory.
 ///
@@ -49,6 +49,8 @@ pub struct Levels {
     pub(super) roots: Vec<u32>,
     pub(super) pages: Vec<Page>,
     pub(super) masks: Vec<u64>,
+    /// For each slot, a bit for each cell that finer samples would tell more about.
+    pub(super) open: Vec<u64>,
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
@@ -69,6 +71,7 @@ impl Clone for Levels {
             roots: self.roots.clone(),
             pages: self.pages.clone(),
             masks: self.masks.clone(),
+            open: self.open.clone(),
             free: self.free.clone(),
             store: self.store.clone(),
             lists: self.lists.clone(),
@@ -107,6 +110,7 @@ impl Levels {
             roots: vec![NO_PAGE; size.element_product() as usize],
             pages: Vec::new(),
             masks: Vec::new(),
+            open: Vec::new(),
             free: Vec::new(),
             store: BrickStore::of(pool),
             lists: Vec::new(),
@@ -233,9 +237,9 @@ impl Levels {
         }
     }
 
-    /// Returns the octants of a page whose cells have bricks. Only these can have finer pages.
-    pub(super) fn octants_with_bricks(&self, slot: u32) -> u8 {
-        let mask = self.masks[slot as usize];
+    /// Returns the octants of a page that can have finer pages: finer samples would tell more about a cell.
+    pub(super) fn open_octants(&self, slot: u32) -> u8 {
+        let mask = self.open[slot as usize];
         (0..8).fold(0, |all, octant| {
             all | u8::from(mask & octant_cells(octant) != 0) << octant
         })
@@ -285,7 +289,7 @@ impl Levels {
         }
         let inner = self.block_of(page.level - 1, point) & 1;
         let octant = (inner.x + 2 * inner.y + 4 * inner.z) as u32;
-        let is_missing = self.octants_with_bricks(slot) >> octant & 1 != 0;
+        let is_missing = self.open_octants(slot) >> octant & 1 != 0;
         if is_missing {
             let gap = (page.level - level) as f32;
             self.note(&[slot], &[PageRequest::new(slot, octant, gap, 0.0)]);
