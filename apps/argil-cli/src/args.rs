@@ -167,7 +167,7 @@ pub(crate) struct BakeArgs {
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,
     /// What to build [default: bricks, or dense with --mips or --fill]
-    #[arg(long, value_parser = RepresentationsExcept(&["field", "mesh"]))]
+    #[arg(long, value_parser = RepresentationsExcept(&["field", "levels", "mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,
@@ -195,7 +195,7 @@ pub(crate) struct MeshArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// What to mesh: field, dense or bricks [default: the field of a scene, or the contents of a volume file]
-    #[arg(long, value_parser = RepresentationsExcept(&["octree", "mesh"]))]
+    #[arg(long, value_parser = RepresentationsExcept(&["octree", "levels", "mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,

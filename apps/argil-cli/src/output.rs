@@ -127,12 +127,12 @@ pub(crate) fn levels(levels: &Levels, refined: &FillStats) -> Value {
     json!({
         "finest_voxels": grid.size.to_array(),
         "finest_voxel": grid.voxel_size,
-        "resident_pages": levels.resident_pages(),
-        "resident_bricks": levels.brick_count(),
+        "pages": levels.page_count(),
+        "resident_bricks": levels.resident_bricks(),
         "levels_bytes": levels.memory_bytes(),
-        "pages_baked": refined.pages,
-        "pages_evicted": refined.evicted,
-        "pages_missing": refined.remaining,
+        "bricks_baked": refined.bricks,
+        "bricks_evicted": refined.evicted,
+        "bricks_missing": refined.remaining,
         "is_full": refined.is_full,
     })
 }

@@ -76,6 +76,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
                 }
                 None => {
                     for camera in Orbit::cameras(camera, count) {
+                        refined = world.refine(&camera, &settings)?;
                         reel.draw(&world, &camera)?;
                     }
                 }
@@ -190,6 +191,7 @@ fn animate(
         world.apply(scene)?;
         world.flush()?;
         reel.edits.push(start.elapsed().as_secs_f64() * 1e3);
+        world.refine(&camera, reel.settings)?;
         reel.draw(world, &camera)?;
     }
     Ok(())

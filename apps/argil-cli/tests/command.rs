@@ -179,7 +179,7 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     fails(
         &["render", &path("none.json"), "-o", &out],
         1,
-        "none.json: No such file",
+        "none.json: this file cannot be read or written: No such file",
     );
     fails(
         &["render", &text(folder.path()), "-o", &out],
@@ -234,8 +234,8 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
     );
     fails(
         &["render", &scene("brick"), "-o", &out, "--epsilon=-1"],
-        1,
-        "epsilon: -1 is not a positive number",
+        2,
+        "expected a length above 0",
     );
     fails(
         &[

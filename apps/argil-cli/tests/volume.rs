@@ -122,11 +122,12 @@ fn senseless_requests_name_a_remedy() {
         fails(&[&["bake", &brick][..], &cpu, more].concat(), code, message);
     };
     bake(&["--via", "field"], 1, "use dense, octree or bricks");
-    bake(&["--resolution", "0"], 1, "8 to 4096");
+    bake(&["--resolution", "0"], 2, "0 is not in");
+    bake(&["--resolution", "7"], 1, "8 to 4096");
     bake(&["--resolution", "100000"], 1, "8 to 4096");
-    bake(&["--resolution", "-1"], 2, "unexpected argument");
+    bake(&["--resolution", "-1"], 2, "-1 is not in");
     bake(&["--bits", "12"], 2, "8 or 16");
-    bake(&["--band", "NaN"], 1, "0.5 to 4096 voxels");
+    bake(&["--band", "NaN"], 2, "above 0");
     bake(&["--band", "1e9"], 1, "0.5 to 4096 voxels");
     bake(&["--stride", "33"], 2, "1..=32");
     bake(&["--stride", "4", "--band", "4"], 2, "cannot be used with");
@@ -136,7 +137,8 @@ fn senseless_requests_name_a_remedy() {
         "--brick has no effect with --via dense",
     );
     bake(&["--via", "octree", "--mips"], 1, "--mips has no effect");
-    bake(&["--via", "octree", "--brick", "7"], 1, "8, 16 or 32");
+    bake(&["--via", "octree", "--brick", "7"], 2, "8, 16 or 32");
+    bake(&["--via", "levels"], 2, "levels");
     bake(&["--via", "octree", "--depth", "2"], 1, "use 3 levels");
     bake(&["--via", "octree", "--depth", "40"], 1, "the limit is 8");
     bake(

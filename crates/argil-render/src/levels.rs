@@ -22,7 +22,7 @@ use crate::tile_buffers::TileScratch;
 use crate::trace::{central_difference_points, intersect_ground, set_indices, set_normals};
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::LANES;
-use argil_volume::{LevelLanes, Levels, PageRequest};
+use argil_volume::{LevelLanes, Levels, NO_REQUEST, PageRequest};
 use rays::{LevelCones, LevelRays};
 use step::NearLevelLanes;
 
@@ -64,23 +64,20 @@ pub(crate) struct PageNotes {
 }
 
 impl PageNotes {
-    /// Notes a page, unless it was noted just now.
-    #[inline(always)]
-    fn uses(&mut self, page: u32) {
-        if self.used.last() != Some(&page) {
-            self.used.push(page);
-        }
-    }
-
-    /// Notes the page of a lane, and the finer page that it lacks.
+    /// Notes the cell of a lane, and what it lacks.
     #[inline(always)]
     fn note(&mut self, lanes: &LevelLanes, i: usize, distance: f32) {
-        self.uses(lanes.page[i]);
-        if lanes.gap[i] > 0.0 {
-            let one = PageRequest::new(lanes.page[i], lanes.octant[i], lanes.gap[i], distance);
-            if self.asked.last().is_none_or(|last| last.key != one.key) {
-                self.asked.push(one);
-            }
+        let cell = lanes.at.index[i];
+        if self.used.last() != Some(&cell) {
+            self.used.push(cell);
+        }
+        let key = lanes.key[i];
+        if key != NO_REQUEST && self.asked.last().is_none_or(|last| last.key != key) {
+            self.asked.push(PageRequest {
+                key,
+                gap: lanes.gap[i],
+                distance,
+            });
         }
     }
 }

@@ -56,16 +56,14 @@ mod tables;
 mod volume_kind;
 mod voxel_samples;
 
-pub(crate) use block_baker::BlockContext;
-pub(crate) use block_editor::BakedBlock;
+pub(crate) use block_baker::CellContext;
 pub use block_program::{BlockProgram, emptied_around};
 pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;
 pub(crate) use brick_baker::BrickBaker;
 pub use build::BrickTimings;
-pub(crate) use candidates::empty_cells_of;
 pub(crate) use cell::inner_cell;
-pub use cell::{BrickCell, center_of, empty_word, is_block_empty, is_brick};
+pub use cell::{BrickCell, MISSING_BRICK, center_of, empty_word, is_block_empty, is_brick};
 pub use cell_programs::CellPrograms;
 pub use changes::BrickChanges;
 pub use edit::EditStats;

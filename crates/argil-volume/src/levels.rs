@@ -5,22 +5,25 @@
 //! an image needs depends on its pixels, not on the size of the world.
 //!
 //! ```text
-//!   page       a block of 4³ cells of a level, with a child for each octant of 2³ cells
+//!   page       2³ cells of a level, which together are one cell of the next coarser level
 //!   roots      the pages of the coarsest level; they cover everything, and stay
-//!   words      one for each cell of each page, as in sparse bricks
+//!   words      one for each cell: its distance, its brick, or that its brick is missing
+//!   children   one for each cell: its page, or why it has none
 //!   pool       the bricks of all levels
 //! ```
 //!
-//! An octant whose cells have no brick has no finer page: its cells already tell how far the surface is. So a page's
-//! place, and whether it can exist, follow from the scene alone.
+//! A cell is refined only if a surface can pass through it, and its brick's distances are not those of a plane. So
+//! which pages can exist follows from the scene alone. A ray reads the first cell on the way down that has no surface,
+//! that is flat, or whose voxels are as large as its pixel.
 //!
-//! *Practice.* Each page is sampled from the field, with a program that is pruned from its parent's (`bake.rs`).
-//! Never is a page made from another level's samples. A ray that finds a page too coarse for its pixel notes what it
-//! lacks (`requests.rs`), and [`Levels::fill`] bakes it after the frame. Pages that no ray used for the longest time
-//! make room (`fill.rs`). Edits bake resident pages again (`edit.rs`). A page that comes later is right by itself.
+//! *Practice.* Each cell is measured and sampled from the field, with a program that is pruned from its parent's
+//! (`bake.rs`). Never is a brick made from another level's samples. A ray that finds no brick fine enough for its pixel
+//! notes what it lacks (`requests.rs`), and [`Levels::fill`] bakes it after the frame. What no ray used for the longest
+//! time makes room (`fill.rs`): what is known of a cell stays when its brick goes. Edits bake again what is resident
+//! (`edit.rs`). What comes later is right by itself.
 //!
 //! Distances between samples are off by at most half of a voxel's diagonal, times the Lipschitz constant. A ray in a
-//! page that is too coarse stops that far before the surface, so it never passes through one.
+//! brick that is too coarse stops that far before the surface, so it never passes through one.
 
 mod bake;
 mod edit;
@@ -35,8 +38,8 @@ mod volume_kind;
 
 pub use fill::FillStats;
 pub use layout::LevelsLayout;
-pub use page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, octant_cells};
+pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page};
 pub use pending::LevelsPendingEdits;
 pub use requests::PageRequest;
-pub use sampler::{LevelLanes, LevelSampler};
+pub use sampler::{LevelLanes, LevelSampler, NO_REQUEST};
 pub use tree::Levels;

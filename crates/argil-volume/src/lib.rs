@@ -18,15 +18,15 @@ pub use bricks::{
     BLOCK_SIDE, BLOCK_WORDS, BlockPlan, BlockProgram, BlockTable, Brick, BrickCell, BrickChanges,
     BrickLayout, BrickPendingEdits, BrickSampler, BrickSettings, BrickTimings, Bricks, BricksError,
     CellLocations, CellPrograms, EditBatch, EditQueue, EditStats, FAR_ENTRY, FAR_SLOTS,
-    NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word, far_words, is_block_empty,
-    is_brick,
+    MISSING_BRICK, NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word, far_words,
+    is_block_empty, is_brick,
 };
 pub use dense::Dense;
 pub use encoding::{Band, Encoding, SampleFormat, Texel};
 pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
 pub use levels::{
-    FillStats, LevelLanes, LevelSampler, Levels, LevelsLayout, LevelsPendingEdits, NO_PAGE,
-    PAGE_VOXELS_LOG2, Page, PageRequest, octant_cells,
+    FLAT_CELL, FillStats, LevelLanes, LevelSampler, Levels, LevelsLayout, LevelsPendingEdits,
+    NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageRequest, UNKNOWN_CELL, is_page,
 };
 pub use mip_sampler::MipSampler;
 pub use octree::{

@@ -147,10 +147,6 @@ macro_rules! volumes {
     ($($name:ident),*) => {
         /// A volume of any kind.
         #[derive(Clone, PartialEq)]
-        #[expect(
-            clippy::large_enum_variant,
-            reason = "volumes are few, and hold megabytes elsewhere"
-        )]
         #[derive(Debug)]
         pub enum Volume {
             $(#[doc = concat!("[`", stringify!($name), "`](struct@", stringify!($name), ")")] $name($name),)*

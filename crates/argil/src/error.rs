@@ -89,6 +89,9 @@ pub enum VolumeFileError {
     /// The world has no volume to write.
     #[error("the world has no volume: build one first")]
     NoVolume,
+    /// Levels of detail have no file: which bricks they hold depends on a view.
+    #[error("levels of detail cannot be saved: build bricks, a dense volume or an octree")]
+    Levels,
     /// The volume lags behind its scene, because [`World::apply_within`](crate::World::apply_within) ran out of time.
     #[error("{blocks} blocks of the last edits are not updated yet: call `World::flush` first")]
     UnfinishedEdits {

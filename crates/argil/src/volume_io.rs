@@ -6,7 +6,7 @@ use argil_gpu::GpuVolume;
 use argil_scene::SampledGrid;
 use argil_scene::Scene;
 use argil_volume::VolumeFile;
-use argil_volume::{Section, StoredMesh, VolumeError};
+use argil_volume::{Section, StoredMesh, Volume, VolumeError};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -65,6 +65,7 @@ impl World {
         self.check_finished()?;
         let volume = self.volume_async().await?;
         let volume = volume.ok_or(VolumeFileError::NoVolume)?;
+        check_kind(&volume)?;
         let (scene_json, meshes) = self.scene_to_store();
         argil_scene::write_atomically(path, |out| volume.write(&scene_json, &meshes, out)).map_err(
             |source| VolumeFileError::Write {
@@ -85,6 +86,7 @@ impl World {
         self.check_finished().map_err(std::io::Error::other)?;
         let volume = self.volume_async().await.map_err(std::io::Error::other)?;
         let volume = volume.ok_or_else(|| std::io::Error::other(VolumeFileError::NoVolume))?;
+        check_kind(&volume).map_err(std::io::Error::other)?;
         let (scene_json, meshes) = self.scene_to_store();
         volume.write(&scene_json, &meshes, &mut out)
     }
@@ -100,6 +102,13 @@ impl World {
     fn scene_to_store(&self) -> (String, Vec<StoredMesh<'_>>) {
         let meshes = crate::mesh_assets::meshes_to_store(&self.scene);
         (at_time_0(&self.scene), meshes)
+    }
+}
+
+fn check_kind(volume: &Volume) -> Result<(), VolumeFileError> {
+    match volume {
+        Volume::Levels(_) => Err(VolumeFileError::Levels),
+        _ => Ok(()),
     }
 }
 

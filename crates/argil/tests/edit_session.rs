@@ -589,7 +589,9 @@ fn a_world_from_a_file_can_be_edited() -> Result<(), Box<dyn std::error::Error>>
     for via in argil::Representation::all(128) {
         if matches!(
             via,
-            argil::Representation::Field | argil::Representation::Mesh(_)
+            argil::Representation::Field
+                | argil::Representation::Levels(_)
+                | argil::Representation::Mesh(_)
         ) {
             continue;
         }

@@ -88,8 +88,8 @@ impl Cones {
                         p[axis][lane] = held[axis];
                     }
                 }
-                for lane in 0..n {
-                    t[lane] = self.begin[self.under_way[first + lane] as usize];
+                for (t, &block) in t.iter_mut().zip(&self.under_way[first..first + n]) {
+                    *t = self.begin[block as usize];
                 }
                 let points = [&p[0][..n], &p[1][..n], &p[2][..n]];
                 bricks.clearances(points, &t[..n], &mut d[..n], &mut voxel[..n]);

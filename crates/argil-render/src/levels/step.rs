@@ -7,16 +7,13 @@
 
 use super::PageNotes;
 use crate::bricks::step::{
-    MARGIN_VOXELS, NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RELAXATION, StepOutcome, begin, high,
-    low, tiny,
+    NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RELAXATION, StepOutcome, begin, high, low, tiny,
 };
 use crate::bricks::voxel_intersect::{NearLanes, VoxelMeasures, normals, roots};
 use crate::ray_batch::{RETIRED, RayBatch};
 use argil_abi::{self as abi, FrameUniform};
 use argil_field::LANES;
-use argil_volume::{
-    LevelLanes, LevelSampler, NeighborPlanes, Texel, VoxelSamples, is_block_empty, is_brick,
-};
+use argil_volume::{LevelLanes, LevelSampler, NeighborPlanes, Texel, VoxelSamples, is_brick};
 use multiversion::multiversion;
 use std::ops::Range;
 
@@ -69,10 +66,36 @@ fn locate<T: Texel>(
     sampler.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &wanted[..n], lanes);
 }
 
-/// Returns the largest distance at which a pixel's footprint ends a ray, in voxels.
+/// Reads the stored distance at each ray.
 #[inline(always)]
-fn widest<T: Texel>(sampler: &LevelSampler<'_, T>) -> f32 {
-    high(sampler.band_voxels() - MARGIN_VOXELS, 0.0)
+fn gaps<T: Texel>(
+    sampler: &LevelSampler<'_, T>,
+    lanes: &LevelLanes,
+    corners: &VoxelSamples,
+    gap: &mut [f32],
+) {
+    let quantum = sampler.quantum();
+    for i in 0..gap.len() {
+        gap[i] = if is_brick(lanes.at.word[i]) {
+            corners.value::<T>(i) * quantum * lanes.voxel[i]
+        } else {
+            sampler.empty_cell_distance(lanes, i)
+        };
+    }
+}
+
+/// Computes how far each ray is from the end of its cell.
+#[inline(always)]
+fn leaves(lanes: &LevelLanes, direction: [&[f32]; 3], n: usize, leave: &mut [f32; LANES]) {
+    for axis in 0..3 {
+        let d = direction[axis];
+        for i in 0..n {
+            let d = tiny(d[i]);
+            let ahead = if d > 0.0 { 8.0 } else { 0.0 };
+            let way = (ahead - lanes.at.inner[axis][i]) * lanes.voxel[i] / d;
+            leave[i] = low(leave[i], way);
+        }
+    }
 }
 
 /// Takes one step of a batch of rays.
@@ -87,9 +110,8 @@ fn step<T: Texel>(
     found: &mut StepOutcome,
 ) {
     let n = range.len();
-    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel_width);
-    let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
-    let widest = widest(sampler);
+    let scale = frame.inv_lipschitz;
+    let error = sampler.error_voxels();
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;
     let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
@@ -111,50 +133,25 @@ fn step<T: Texel>(
     locate(sampler, size, (direction, t, pixel), lanes);
     let mut corners = VoxelSamples::default();
     sampler.voxel_samples(&lanes.at, n, &mut corners);
-    for i in 0..n {
-        if ends[i] != RETIRED && (lanes.page[i] != pages[i] || lanes.gap[i] > 0.0 || is_first) {
-            notes.note(lanes, i, t[i]);
-        }
+    let is_new = |i: usize| lanes.at.index[i] != last[i] || lanes.gap[i] > 0.0 || is_first;
+    for i in (0..n).filter(|&i| ends[i] != RETIRED && is_new(i)) {
+        notes.note(lanes, i, t[i]);
     }
     pages.copy_from_slice(&lanes.page[..n]);
 
     let (mut gap, mut leave) = ([0.0f32; LANES], [f32::MAX; LANES]);
-    for i in 0..n {
-        gap[i] = if is_brick(lanes.at.word[i]) {
-            corners.value::<T>(i) * quantum * lanes.voxel[i]
-        } else {
-            sampler.empty_cell_distance(lanes, i)
-        };
-    }
+    gaps(sampler, lanes, &corners, &mut gap[..n]);
     if is_first {
         last.fill(u32::MAX);
         begin(&gap[..n], side);
     }
-    for axis in 0..3 {
-        let d = direction[axis];
-        for i in 0..n {
-            let edge = if is_block_empty(lanes.at.word[i]) {
-                4.0
-            } else {
-                1.0
-            };
-            let first = (lanes.at.cell[axis][i] * (1.0 / edge)).floor() * edge;
-            let d = tiny(d[i]);
-            let ahead = if d > 0.0 { first + edge } else { first };
-            let way = (ahead * 8.0 - lanes.place[axis][i]) * lanes.voxel[i] / d;
-            leave[i] = low(leave[i], way);
-        }
-    }
+    leaves(lanes, direction, n, &mut leave);
     for i in 0..n {
         let voxel = lanes.voxel[i];
         let in_brick = is_brick(lanes.at.word[i]);
         // In a page that is too coarse, the surface may be nearer than interpolated.
-        let off = if in_brick & (lanes.gap[i] > 0.0) {
-            error * voxel
-        } else {
-            0.0
-        };
-        let g = gap[i] * side[i] - off;
+        let is_coarse = in_brick & (lanes.gap[i] > 0.0);
+        let g = gap[i] * side[i] - if is_coarse { error * voxel } else { 0.0 };
         let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = NEAR_VOXELS * voxel;
@@ -218,8 +215,6 @@ fn solve<T: Texel>(
         nudge: [0.0; LANES],
     };
     let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
-    let widest = widest(sampler);
-    let footprint = 0.5 * frame.pixel_width;
     for i in 0..n {
         let (voxel, t) = (lanes.voxel[i], rays.t[i]);
         let off = if lanes.gap[i] > 0.0 {

@@ -1,17 +1,16 @@
-//! Bakes single blocks, for levels of detail.
+//! Bakes single bricks, for levels of detail.
 
-use super::block_editor::BakedBlock;
 use super::bounds::CellBounds;
 use super::brick_baker::{BrickBaker, SampleOffsets};
-use super::candidates::near_block;
-use super::{BrickLayout, inner_cell};
+use super::candidates::{CandidateBlock, near_block};
+use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use crate::Texel;
 use argil_abi::{FillUniform, Instruction};
-use argil_field::{Program, Pruner};
+use argil_field::{CELLS_PER_BATCH, Program, Pruner};
 use glam::IVec3;
 
-/// What all blocks of a layout share.
-pub(crate) struct BlockContext<'a> {
+/// What all cells of a layout share.
+pub(crate) struct CellContext<'a> {
     pub layout: BrickLayout,
     program: &'a Program,
     bounds: CellBounds<'a>,
@@ -21,7 +20,14 @@ pub(crate) struct BlockContext<'a> {
     tolerance: f32,
 }
 
-impl<'a> BlockContext<'a> {
+/// A sampled brick.
+pub(crate) struct SampledBrick {
+    pub material: u32,
+    /// Whether its distances are those of a plane.
+    pub is_flat: bool,
+}
+
+impl<'a> CellContext<'a> {
     pub(crate) fn new(program: &'a Program, layout: BrickLayout, tolerance: f32) -> Self {
         Self {
             tolerance,
@@ -38,45 +44,49 @@ impl<'a> BlockContext<'a> {
         BrickBaker::new(self.program, &self.layout, &self.fill, &self.places)
     }
 
-    /// Bakes a block with its program: the words of its cells, and its bricks. The words of cells with bricks are 0
-    /// until the bricks have a place in a pool.
-    pub(crate) fn bake<T: Texel>(
+    /// Measures some cells of a block, one bit each, with a program that is valid in all of them. Writes the words of
+    /// cells without a surface, and returns the others with their programs.
+    pub(crate) fn measure(
         &self,
-        first: IVec3,
-        list: &[Instruction],
+        block: IVec3,
+        (list, some): (&[Instruction], u64),
         pruner: &mut Pruner<'_>,
+        words: &mut [u32; CELLS_PER_BATCH],
+    ) -> CandidateBlock {
+        let first = block * BLOCK_SIDE as i32;
+        let bounds = self.bounds.of_block(&self.layout, first);
+        let listed = (list, some);
+        near_block(&self.layout, &bounds, first, listed, pruner, words, |_| {
+            u64::MAX
+        })
+    }
+
+    /// Samples a cell's brick behind `texels`. Returns `None` if no surface passes through it.
+    pub(crate) fn sample<T: Texel>(
+        &self,
+        (block, inner): (IVec3, u8),
+        list: &[Instruction],
         baker: &mut BrickBaker<'_>,
-    ) -> BakedBlock<T> {
+        (texels, mixed): (&mut Vec<T>, &mut Vec<[u32; 2]>),
+    ) -> Option<SampledBrick> {
         let layout = &self.layout;
-        let mut made = BakedBlock::new(first, None);
+        let first = block * BLOCK_SIDE as i32;
+        let cell = first + inner_cell(usize::from(inner));
         let bounds = self.bounds.of_block(layout, first);
-        let listed = (list, u64::MAX);
-        let words = &mut made.words;
-        let found = near_block(layout, &bounds, first, listed, pruner, words, |_| u64::MAX);
-        let samples = layout.brick_samples() as usize;
-        made.texels.reserve_exact(found.cells.len() * samples);
         // At most half of a voxel's diagonal from a sample.
         let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
-        for (i, range) in &found.cells {
-            let (list, cell) = (
-                &found.instrs[range.clone()],
-                first + inner_cell(usize::from(*i)),
-            );
-            let begin = made.texels.len();
-            made.texels.resize(begin + samples, T::default());
-            let least = baker.brick(list, cell, &mut made.texels[begin..]);
-            if bounds.is_clear(least, reach) {
-                made.texels.truncate(begin);
-                continue;
-            }
-            if baker.is_flat(list, cell, self.tolerance) {
-                made.flat |= 1 << i;
-            }
-            let material = baker.material(list, cell, &mut made.mixed);
-            made.bricks.push((*i, material));
-            made.words[usize::from(*i)] = 0;
-            made.sampled += 1;
+        let begin = texels.len();
+        texels.resize(begin + layout.brick_samples() as usize, T::default());
+        let least = baker.brick(list, cell, &mut texels[begin..]);
+        if bounds.is_clear(least, reach) {
+            texels.truncate(begin);
+            return None;
         }
-        made
+        let flat = baker.flat_program(list, cell, self.tolerance);
+        let is_flat = flat.is_some();
+        // Other materials are not near the surface.
+        let list = flat.as_deref().unwrap_or(list);
+        let material = baker.material(list, cell, mixed);
+        Some(SampledBrick { material, is_flat })
     }
 }

@@ -21,7 +21,7 @@ const MAX_OCTANTS: u32 = 5;
 /// From this many instructions in a block's program on, octants are tested with the programs of their cells.
 const LONG_LIST: usize = 64;
 /// A block's new words and bricks.
-pub(crate) struct BakedBlock<T> {
+pub(super) struct BakedBlock<T> {
     /// The block's first cell.
     pub first: IVec3,
     /// Whether the block is far from every surface now, and then whether it is inside.
@@ -33,8 +33,6 @@ pub(crate) struct BakedBlock<T> {
     pub mixed: Vec<[u32; 2]>,
     /// Bricks of which at least one sample was evaluated.
     pub sampled: u64,
-    /// Cells whose distances are those of a plane, one bit each, where that is asked for.
-    pub flat: u64,
 }
 
 /// Moves the lowest bits of `bits` to the positions of the set bits in `places`, in order.
@@ -80,7 +78,7 @@ pub(super) struct BlockWorker<'a> {
 }
 
 impl<T> BakedBlock<T> {
-    pub(super) fn new(first: IVec3, far: Option<bool>) -> Self {
+    fn new(first: IVec3, far: Option<bool>) -> Self {
         Self {
             first,
             far,
@@ -89,7 +87,6 @@ impl<T> BakedBlock<T> {
             texels: Vec::new(),
             mixed: Vec::new(),
             sampled: 0,
-            flat: 0,
         }
     }
 }

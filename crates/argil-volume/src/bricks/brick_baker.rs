@@ -8,7 +8,7 @@ use crate::encoding::encode;
 use argil_abi::{
     BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_OWN_RATIO, MATERIAL_SIDE,
 };
-use argil_field::{Evaluator, FAR, HardBrush, LANES, Program, Pruner};
+use argil_field::{CELLS_PER_BATCH, Evaluator, FAR, HardBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
 
@@ -21,7 +21,7 @@ pub(crate) struct SampleOffsets {
 }
 
 /// Points between samples along each axis.
-const BETWEEN: usize = 6;
+const BETWEEN: usize = 7;
 
 impl SampleOffsets {
     pub(super) fn new(layout: &BrickLayout) -> Self {
@@ -96,35 +96,64 @@ impl<'a> BrickBaker<'a> {
         nearest(d)
     }
 
-    /// Whether the distance is that of a plane, to within `tolerance`, in the brick that was sampled last and one voxel
+    /// Returns the program of a cell's only surface, if that is a plane to within `tolerance`, in the cell and one voxel
     /// around it. Then finer samples would tell nothing more.
     ///
-    /// Points between samples are measured too. Only a program of one plain shape counts, because a small detail of
-    /// another could lie between all points.
-    pub(super) fn is_flat(&mut self, instrs: &[Instruction], cell: IVec3, tolerance: f32) -> bool {
-        if instrs.len() > LONG || !is_plain(instrs) {
-            return false;
+    /// Parts of the cell near the surface are pruned again. If one shape remains in all of them, nothing else can be
+    /// seen there, however small. Its own distances are then measured, also between samples.
+    pub(super) fn flat_program(
+        &mut self,
+        instrs: &[Instruction],
+        cell: IVec3,
+        tolerance: f32,
+    ) -> Option<Vec<Instruction>> {
+        let only = if is_plain(instrs) {
+            instrs.to_vec()
+        } else {
+            self.only_surface(instrs, cell)?
+        };
+        self.is_plane(&only, cell, tolerance).then_some(only)
+    }
+
+    /// Returns the program of one shape, if it is the same in all parts of a cell near the surface.
+    fn only_surface(&mut self, instrs: &[Instruction], cell: IVec3) -> Option<Vec<Instruction>> {
+        let mut pruner = self.pruner.take().unwrap_or_else(|| {
+            let (pruner, list) = (Pruner::new(self.program), Vec::new());
+            Box::new((pruner, list))
+        });
+        let (own, list) = &mut *pruner;
+        let layout = self.layout;
+        let voxel = layout.voxel_grid.voxel_size;
+        let box_of = layout.cell_box(cell);
+        let part = 0.25 * layout.cell_length();
+        let centers: [Vec3; CELLS_PER_BATCH] =
+            std::array::from_fn(|i| box_of.min + part * (super::inner_cell(i).as_vec3() + 0.5));
+        // Normals also need the next samples.
+        let radius = 0.5 * 3f32.sqrt() * (part + 2.0 * voxel);
+        let mut d = [0.0; CELLS_PER_BATCH];
+        own.classify_cells(instrs, &centers, radius, &mut d);
+        let reach = self.program.lipschitz() * (radius + voxel);
+        let mut only: Option<Vec<Instruction>> = None;
+        let mut is_one = true;
+        for (i, _) in d.iter().enumerate().filter(|(_, d)| d.abs() <= reach) {
+            list.clear();
+            own.prune_into(instrs, i, list);
+            is_one = is_plain(list) && only.as_ref().is_none_or(|only| only == list);
+            if !is_one {
+                break;
+            }
+            only.get_or_insert_with(|| list.clone());
         }
+        self.pruner = Some(pruner);
+        only.filter(|_| is_one)
+    }
+
+    /// Whether a program's distances are those of a plane, in a cell and one voxel around it.
+    fn is_plane(&mut self, instrs: &[Instruction], cell: IVec3, tolerance: f32) -> bool {
         let n = self.layout.brick_size_voxels as usize;
-        let d = &self.d;
-        let side = n + 1;
-        let corner = |x: usize, y: usize, z: usize| d[n * (x + side * (y + side * z))];
-        let at = corner(0, 0, 0);
-        let slope =
-            [corner(1, 0, 0), corner(0, 1, 0), corner(0, 0, 1)].map(|far| (far - at) / n as f32);
-        let plane = |x: f32, y: f32, z: f32| at + slope[0] * x + slope[1] * y + slope[2] * z;
-        let is_near = |d: f32, x: f32, y: f32, z: f32| (d - plane(x, y, z)).abs() <= tolerance;
-        if !is_near(corner(1, 1, 1), n as f32, n as f32, n as f32) {
-            return false;
-        }
-        let places = &self.places.brick;
-        let mut samples = d.iter().enumerate();
-        if !samples.all(|(i, &d)| is_near(d, places[0][i], places[1][i], places[2][i])) {
-            return false;
-        }
-        let between = &self.places.between;
-        let mut found = [0.0; BETWEEN * BETWEEN * BETWEEN];
         let first = (cell * n as i32).as_vec3();
+        let between = &self.places.between;
+        let mut found = [0.0; BETWEEN.pow(3)];
         let evaluator = &mut self.evaluator;
         sample(
             self.layout,
@@ -134,8 +163,29 @@ impl<'a> BrickBaker<'a> {
             between,
             &mut found,
         );
-        let mut found = found.iter().enumerate();
-        found.all(|(i, &d)| is_near(d, between[0][i], between[1][i], between[2][i]))
+        // The lattice begins a voxel before the brick.
+        let step = (n + 2) as f32 / (BETWEEN - 1) as f32;
+        let slope = [1, BETWEEN, BETWEEN * BETWEEN].map(|far| (found[far] - found[0]) / step);
+        let plane = |[x, y, z]: [f32; 3]| {
+            found[0] + slope[0] * (x + 1.0) + slope[1] * (y + 1.0) + slope[2] * (z + 1.0)
+        };
+        let is_near = |d: f32, place: [f32; 3]| (d - plane(place)).abs() <= tolerance;
+        let mut all = found.iter().enumerate();
+        if !all.all(|(i, &d)| is_near(d, [0, 1, 2].map(|axis: usize| between[axis][i]))) {
+            return false;
+        }
+        let places = &self.places.brick;
+        let d = &mut self.d;
+        sample(
+            self.layout,
+            &mut self.evaluator,
+            (FAR, instrs),
+            first,
+            places,
+            d,
+        );
+        let mut all = d.iter().enumerate();
+        all.all(|(i, &d)| is_near(d, [0, 1, 2].map(|axis: usize| places[axis][i])))
     }
 
     /// Samples some octants of a cell's brick again, one bit each. Returns the distance nearest to the surface. A

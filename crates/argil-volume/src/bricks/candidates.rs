@@ -15,7 +15,7 @@ use std::ops::Range;
 
 /// The cells of a block that the surface can pass through, each with its range of a program.
 #[derive(Debug, Default)]
-pub(super) struct CandidateBlock {
+pub(crate) struct CandidateBlock {
     pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,
     pub instrs: Vec<Instruction>,
@@ -66,7 +66,7 @@ pub(super) fn candidates(
 }
 
 /// Returns a block's mask, and marks its words if the block is empty.
-pub(crate) fn empty_cells_of(words: &mut [u32]) -> u64 {
+pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     let mut mask = 0u64;
     for (i, &word) in words.iter().enumerate() {
         mask |= u64::from(matches!(BrickCell::of(word), BrickCell::Brick(_))) << i;

@@ -7,6 +7,10 @@ const EMPTY: u32 = argil_abi::WORD_EMPTY;
 /// Set in such a word if its whole block has no brick.
 const BLOCK_EMPTY: u32 = argil_abi::WORD_BLOCK_EMPTY;
 
+/// The word of a cell through which a surface can pass, and whose brick is not resident. Only levels of detail have
+/// such cells.
+pub const MISSING_BRICK: u32 = EMPTY - 1;
+
 /// The contents of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BrickCell {

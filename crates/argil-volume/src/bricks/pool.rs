@@ -46,7 +46,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     /// Stores a brick for the cell of a word, over its old brick or in a new place.
     pub(crate) fn put(&mut self, at: u32, texels: &[T], material: u32, mixed: &[[u32; 2]]) {
         let word = self.store.words[at as usize];
-        let brick = if super::is_brick(word) {
+        let brick = if names_brick(word) {
             self.free_mixed(word);
             word
         } else {
@@ -66,7 +66,7 @@ impl<'a, T: Texel> Pool<'a, T> {
     /// Frees the brick of a word's cell, if there is one. The word then gets a new value.
     pub(crate) fn clear(&mut self, at: u32, word: u32) {
         let old = std::mem::replace(&mut self.store.words[at as usize], word);
-        if super::is_brick(old) {
+        if names_brick(old) {
             self.free_mixed(old);
             self.store.cell_of_brick[old as usize] = u32::MAX;
             self.free.push(old);
@@ -217,4 +217,9 @@ pub(super) fn owners_of_mixed(materials: &[u32], mixed: &[[u32; 2]]) -> Vec<u32>
         }
     }
     owners
+}
+
+/// Whether a word names a brick of the pool.
+fn names_brick(word: u32) -> bool {
+    super::is_brick(word) && word != super::cell::MISSING_BRICK
 }

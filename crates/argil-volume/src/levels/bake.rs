@@ -1,12 +1,13 @@
-//! Bakes pages, each with its own pruned program.
+//! Measures and samples the cells of pages, each with its own pruned program.
 
 use super::layout::LevelsLayout;
-use super::page::octant_place;
-use crate::bricks::{BakedBlock, BlockContext, BrickBaker};
+use super::page::{Page, octant_cells, page_cell};
+use crate::MISSING_BRICK;
+use crate::bricks::{BrickBaker, CellContext};
 use crate::{BLOCK_SIDE, Texel};
 use argil_abi::Instruction;
-use argil_field::{Program, Pruner};
-use glam::{IVec3, Vec3};
+use argil_field::{CELLS_PER_BATCH, Program, Pruner};
+use glam::IVec3;
 
 /// The largest deviation from a plane in a cell that is not refined, in voxels of level 0.
 const FLAT: f32 = 0.125;
@@ -14,22 +15,54 @@ const FLAT: f32 = 0.125;
 /// What all pages of a program share, level by level.
 pub(super) struct PageContext<'a> {
     program: &'a Program,
-    levels: Vec<BlockContext<'a>>,
+    levels: Vec<CellContext<'a>>,
 }
 
 /// The state of a thread.
 pub(super) struct PageBaker<'a> {
     program: &'a Program,
-    levels: &'a [BlockContext<'a>],
+    levels: &'a [CellContext<'a>],
     pruner: Pruner<'a>,
     bakers: Vec<Option<BrickBaker<'a>>>,
+}
+
+/// A page to bake: where it is, its program, and the cells to sample, one bit each.
+pub(super) struct PageJob {
+    pub page: Page,
+    pub list: Vec<Instruction>,
+    pub cells: u8,
+}
+
+/// A sampled cell.
+pub(super) struct BakedCell {
+    pub cell: u32,
+    /// The brick's material and whether it is flat, or `None` if no surface passes through the cell.
+    pub brick: Option<(u32, bool)>,
+}
+
+/// A measured page, and the bricks of some of its cells.
+pub(super) struct BakedPage<T> {
+    /// The words of cells without a surface, and [`MISSING_BRICK`] for the others.
+    pub words: [u32; 8],
+    /// The words that cells get if their samples show that they have no surface.
+    pub clear: [u32; 8],
+    pub cells: Vec<BakedCell>,
+    pub texels: Vec<T>,
+    pub mixed: Vec<[u32; 2]>,
+}
+
+impl<T> BakedPage<T> {
+    /// Returns the number of bricks.
+    pub(super) fn bricks(&self) -> u64 {
+        self.cells.iter().filter(|own| own.brick.is_some()).count() as u64
+    }
 }
 
 impl<'a> PageContext<'a> {
     pub(super) fn new(program: &'a Program, layout: &LevelsLayout) -> Self {
         let tolerance = FLAT * layout.finest().voxel_grid.voxel_size;
-        let levels = (0..layout.len())
-            .map(|level| BlockContext::new(program, layout.level(level), tolerance));
+        let levels = (0..layout.count())
+            .map(|level| CellContext::new(program, layout.level(level), tolerance));
         Self {
             program,
             levels: levels.collect(),
@@ -48,65 +81,73 @@ impl<'a> PageContext<'a> {
 
 impl PageBaker<'_> {
     /// Returns the program of a page of the coarsest level.
-    pub(super) fn root_list(&mut self, block: IVec3) -> Vec<Instruction> {
+    pub(super) fn root_list(&mut self, place: IVec3) -> Vec<Instruction> {
         let mut list = Vec::new();
         let all = self.program.instructions();
-        let level = self.levels.len() - 1;
-        self.prune(all, level, &[block], |_, pruner| {
-            pruner.prune_into(all, 0, &mut list);
-        });
+        let Some(context) = self.levels.last() else {
+            return list;
+        };
+        let side = BLOCK_SIDE / 2;
+        let center = context.layout.center(place * side as i32, side);
+        let radius = context.layout.half_diagonal(side);
+        self.pruner
+            .classify_cells(all, &[center], radius, &mut [0.0]);
+        self.pruner.prune_into(all, 0, &mut list);
         list
     }
 
-    /// Returns the programs of some octants of a page, given the page's. All octants are classified together, so
-    /// that a page's program depends on nothing but the whole program.
-    pub(super) fn octant_lists(
+    /// Returns the programs of a page's cells, given the page's. Cells without a surface have none.
+    pub(super) fn cell_lists(
         &mut self,
-        level: u32,
-        block: IVec3,
+        page: &Page,
         list: &[Instruction],
-        some: u8,
     ) -> [Vec<Instruction>; 8] {
         let mut lists: [Vec<Instruction>; 8] = Default::default();
-        let blocks: [IVec3; 8] =
-            std::array::from_fn(|octant| 2 * block + octant_place(octant as u32));
-        self.prune(list, level as usize - 1, &blocks, |octant, pruner| {
-            if some >> octant & 1 != 0 {
-                pruner.prune_into(list, octant, &mut lists[octant]);
-            }
-        });
+        let context = &self.levels[page.level as usize];
+        let (block, octant) = page.block();
+        let mut words = [0; CELLS_PER_BATCH];
+        let listed = (list, octant_cells(octant));
+        let found = context.measure(block, listed, &mut self.pruner, &mut words);
+        for (inner, range) in found.cells {
+            lists[page_cell(inner) as usize] = found.instrs[range].to_vec();
+        }
         lists
     }
 
-    /// Classifies blocks of a level that share a program, and visits each.
-    fn prune(
-        &mut self,
-        list: &[Instruction],
-        level: usize,
-        blocks: &[IVec3],
-        mut visit: impl FnMut(usize, &mut Pruner<'_>),
-    ) {
-        let layout = &self.levels[level].layout;
-        let middle = |block: &IVec3| layout.center(*block * BLOCK_SIDE as i32, BLOCK_SIDE);
-        let centers: Vec<Vec3> = blocks.iter().map(middle).collect();
-        let mut d = [0.0; 8];
-        let radius = layout.half_diagonal(BLOCK_SIDE);
-        let d = &mut d[..blocks.len()];
-        self.pruner.classify_cells(list, &centers, radius, d);
-        for nth in 0..blocks.len() {
-            visit(nth, &mut self.pruner);
+    /// Measures a page, and samples some of its cells.
+    pub(super) fn page<T: Texel>(&mut self, job: &PageJob) -> BakedPage<T> {
+        let level = job.page.level as usize;
+        let context = &self.levels[level];
+        let baker = self.bakers[level].get_or_insert_with(|| context.baker());
+        let (block, octant) = job.page.block();
+        let mut words = [0; CELLS_PER_BATCH];
+        let own = octant_cells(octant);
+        let found = context.measure(block, (&job.list, own), &mut self.pruner, &mut words);
+        let mut made = BakedPage {
+            words: [0; 8],
+            clear: [0; 8],
+            cells: Vec::new(),
+            texels: Vec::new(),
+            mixed: Vec::new(),
+        };
+        for inner in (0..64u8).filter(|inner| own >> inner & 1 != 0) {
+            made.clear[page_cell(inner) as usize] = words[usize::from(inner)];
         }
-    }
-
-    /// Bakes a page with its program.
-    pub(super) fn page<T: Texel>(
-        &mut self,
-        level: u32,
-        block: IVec3,
-        list: &[Instruction],
-    ) -> BakedBlock<T> {
-        let context = &self.levels[level as usize];
-        let baker = self.bakers[level as usize].get_or_insert_with(|| context.baker());
-        context.bake(block * BLOCK_SIDE as i32, list, &mut self.pruner, baker)
+        made.words = made.clear;
+        for (inner, range) in &found.cells {
+            let cell = page_cell(*inner);
+            made.words[cell as usize] = MISSING_BRICK;
+            if job.cells >> cell & 1 == 0 {
+                continue;
+            }
+            let list = &found.instrs[range.clone()];
+            let into = (&mut made.texels, &mut made.mixed);
+            let brick = context.sample(((block), *inner), list, baker, into);
+            made.cells.push(BakedCell {
+                cell,
+                brick: brick.map(|brick| (brick.material, brick.is_flat)),
+            });
+        }
+        made
     }
 }

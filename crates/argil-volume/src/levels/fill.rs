@@ -1,70 +1,47 @@
-//! Fills pages that rays asked for, and evicts the least recently used.
+//! Bakes what rays asked for, and evicts what no ray used for the longest time.
 
-use super::bake::PageContext;
+use super::bake::{BakedPage, PageContext, PageJob};
 use super::layout::LevelsLayout;
-use super::page::{NO_PAGE, Page};
+use super::page::{FLAT_CELL, NO_PAGE, Page, UNKNOWN_CELL, is_page, octant_place};
 use super::requests::PageRequest;
 use super::tree::{Levels, PAGE_BYTES};
-use crate::bricks::{BakedBlock, PLACES, Pool, empty_cells_of};
+use crate::MISSING_BRICK;
+use crate::bricks::{PLACES, Pool};
 use crate::{BricksError, SampleFormat, Texel, is_brick};
 use argil_abi::{BRICK_MIXED, Instruction};
-use argil_field::{CELLS_PER_BATCH, Program};
+use argil_field::Program;
 use glam::IVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use web_time::Instant;
 
-/// Pages that are baked at once, before time and memory are looked at.
-const CHUNK: usize = 256;
+/// Bricks that are baked at once, before time and memory are looked at.
+const CHUNK: usize = 4096;
 /// The same, where time is short.
-const SHORT_CHUNK: usize = 16;
-/// Programs of this many instructions at most are kept per page, and this many in all.
+const SHORT_CHUNK: usize = 128;
+/// Bytes of pages' programs that are kept.
 const LIST_BYTES: u64 = 16 << 20;
 
 /// What a fill did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FillStats {
-    /// Pages that were baked.
-    pub pages: u64,
     /// Bricks that were sampled.
     pub bricks: u64,
-    /// Pages that were evicted.
+    /// Bricks that were evicted.
     pub evicted: u64,
-    /// Pages that were asked for and not baked.
+    /// Requests that were not answered.
     pub remaining: u64,
-    /// Whether memory was the reason: all of it holds pages that the last frame used.
+    /// Whether memory was the reason: the last frame used all of it.
     pub is_full: bool,
 }
 
 impl std::ops::AddAssign for FillStats {
     fn add_assign(&mut self, other: Self) {
-        self.pages += other.pages;
         self.bricks += other.bricks;
         self.evicted += other.evicted;
         self.remaining = other.remaining;
         self.is_full = other.is_full;
-    }
-}
-
-/// A page to bake: where it goes, and its program.
-pub(super) struct PageJob {
-    pub level: u32,
-    pub block: IVec3,
-    pub list: Vec<Instruction>,
-}
-
-/// A baked page.
-pub(super) struct BakedPage<T> {
-    pub job: PageJob,
-    pub made: BakedBlock<T>,
-}
-
-impl<T> BakedPage<T> {
-    /// Returns the bytes that the page's bricks need.
-    fn brick_bytes(&self, layout: &LevelsLayout) -> u64 {
-        let each = layout.level(0).brick_bytes() + 8;
-        self.made.bricks.len() as u64 * each + size_of_val(&self.made.mixed[..]) as u64
     }
 }
 
@@ -79,8 +56,16 @@ macro_rules! by_format {
 }
 pub(super) use by_format;
 
+impl<T> BakedPage<T> {
+    /// Returns the bytes that the page's bricks need.
+    fn brick_bytes(&self, layout: &LevelsLayout) -> u64 {
+        let each = layout.level(0).brick_bytes() + 8;
+        self.bricks() * each + size_of_val(&self.mixed[..]) as u64
+    }
+}
+
 impl Levels {
-    /// Bakes the coarsest level of a program. It is always resident, and covers everything. Finer pages come with
+    /// Bakes the coarsest level of a program. It is always resident, and covers everything. Finer bricks come with
     /// [`Levels::fill`].
     ///
     /// # Errors
@@ -97,19 +82,19 @@ impl Levels {
         let level = self.layout.root();
         let missing: Vec<IVec3> = self
             .root_places()
-            .filter(|&block| self.root_slot(block).is_none())
+            .filter(|&place| self.root_slot(place).is_none())
             .collect();
         let baked: Vec<BakedPage<T>> = missing
-            .into_par_iter()
+            .par_iter()
             .map_init(
                 || context.baker(),
-                |baker, block| {
-                    let list = baker.root_list(block);
-                    let made = baker.page(level, block, &list);
-                    BakedPage {
-                        job: PageJob { level, block, list },
-                        made,
-                    }
+                |baker, &place| {
+                    let job = PageJob {
+                        page: Page::new(level, place, NO_PAGE),
+                        list: baker.root_list(place),
+                        cells: u8::MAX,
+                    };
+                    baker.page(&job)
                 },
             )
             .collect();
@@ -120,112 +105,130 @@ impl Levels {
         let needed = self.memory_bytes() + needed + PAGE_BYTES * baked.len() as u64;
         if needed > self.budget {
             return Err(BricksError::Budget {
-                bricks: baked.iter().map(|page| page.made.bricks.len() as u64).sum(),
+                bricks: baked.iter().map(BakedPage::bricks).sum(),
                 needed,
                 budget: self.budget,
             });
         }
-        for page in &baked {
-            let slot = self.new_page(level, page.job.block, NO_PAGE);
-            let at = page.job.block - self.root_low;
-            let place = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
-            self.roots[place as usize] = slot;
-        }
-        self.commit(&baked);
+        let slots: Vec<u32> = missing
+            .iter()
+            .map(|&place| {
+                let slot = self.new_page(Page::new(level, place, NO_PAGE));
+                let at = place - self.root_low;
+                let nth = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
+                self.roots[nth as usize] = slot;
+                slot
+            })
+            .collect();
+        self.commit(&slots, &baked, true);
         Ok(())
     }
 
-    /// Adds a page without bricks. Its parent does not know it yet.
-    fn new_page(&mut self, level: u32, block: IVec3, parent: u32) -> u32 {
-        let page = Page::new(level, block, parent);
+    /// Adds a page whose cells are unknown. Its parent does not know it yet.
+    fn new_page(&mut self, page: Page) -> u32 {
         let frame = self.frame.load(Ordering::Relaxed);
         let slot = match self.free.pop() {
             Some(slot) => slot,
             None => {
-                let slot = self.pages.len() as u32;
                 self.pages.push(page);
-                self.masks.push(0);
-                self.open.push(0);
                 self.lists.push(None);
-                self.used.push(AtomicU32::new(0));
-                let words = (slot as usize + 1) * CELLS_PER_BATCH;
+                let cells = 8 * self.pages.len();
+                self.children.resize(cells, UNKNOWN_CELL);
                 self.store
                     .words
-                    .resize(words, crate::bricks::empty_word(0.0));
-                slot
+                    .resize(cells, crate::bricks::empty_word(0.0));
+                self.used.resize_with(cells, AtomicU32::default);
+                self.pages.len() as u32 - 1
             }
         };
         self.pages[slot as usize] = page;
-        self.masks[slot as usize] = 0;
-        self.open[slot as usize] = 0;
         self.lists[slot as usize] = None;
-        *self.used[slot as usize].get_mut() = frame;
+        let cells = 8 * slot as usize..8 * slot as usize + 8;
+        self.children[cells.clone()].fill(UNKNOWN_CELL);
+        self.store.words[cells.clone()].fill(crate::bricks::empty_word(0.0));
+        self.used[cells]
+            .iter_mut()
+            .for_each(|used| *used.get_mut() = frame);
         slot
     }
 
-    /// Writes baked pages into their slots, over what is there.
-    pub(super) fn commit<T: Texel>(&mut self, baked: &[BakedPage<T>]) {
+    /// Writes baked pages into their slots. `is_all` says that every word is new, and else only those of the sampled
+    /// cells are.
+    pub(super) fn commit<T: Texel>(&mut self, slots: &[u32], baked: &[BakedPage<T>], is_all: bool) {
         let layout = self.layout.level(0);
         let samples = layout.brick_samples() as usize;
-        let slots: Vec<u32> = baked
-            .iter()
-            .map(|page| {
-                let slot = self.find(page.job.level, page.job.block);
-                slot.expect("a page has its slot before its contents")
-            })
-            .collect();
         let mut pool = Pool::<T>::open(&mut self.store, &layout);
-        for (page, &slot) in baked.iter().zip(&slots) {
-            let first = slot as usize * CELLS_PER_BATCH;
-            for (i, &word) in page.made.words.iter().enumerate() {
-                if !is_brick(word) {
-                    pool.clear((first + i) as u32, word);
+        for (page, &slot) in baked.iter().zip(slots) {
+            if is_all {
+                for (i, &word) in (0..).zip(&page.words) {
+                    let is_sampled = page.cells.iter().any(|own| own.cell == i);
+                    if !is_sampled {
+                        pool.clear(8 * slot + i, word);
+                    }
                 }
             }
+            for own in page.cells.iter().filter(|own| own.brick.is_none()) {
+                pool.clear(8 * slot + own.cell, page.clear[own.cell as usize]);
+            }
         }
-        for (page, &slot) in baked.iter().zip(&slots) {
-            let mut mixed = page.made.mixed.chunks_exact(PLACES);
-            let texels = page.made.texels.chunks_exact(samples);
-            for (&(i, material), texels) in page.made.bricks.iter().zip(texels) {
+        for (page, &slot) in baked.iter().zip(slots) {
+            let mut mixed = page.mixed.chunks_exact(PLACES);
+            let mut texels = page.texels.chunks_exact(samples);
+            for own in &page.cells {
+                let Some((material, _)) = own.brick else {
+                    continue;
+                };
                 let own_mixed = if material & BRICK_MIXED != 0 {
                     mixed.next().expect("materials of each mixed brick")
                 } else {
                     &[]
                 };
-                let at = slot * CELLS_PER_BATCH as u32 + u32::from(i);
-                pool.put(at, texels, material, own_mixed);
+                let texels = texels.next().expect("samples of each brick");
+                pool.put(8 * slot + own.cell, texels, material, own_mixed);
             }
         }
         pool.close();
-        for (page, &slot) in baked.iter().zip(&slots) {
-            let slot = slot as usize;
-            let words = &mut self.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
-            self.masks[slot] = empty_cells_of(words);
-            self.open[slot] = self.masks[slot] & !page.made.flat;
+        for (page, &slot) in baked.iter().zip(slots) {
+            for own in &page.cells {
+                let child = &mut self.children[(8 * slot + own.cell) as usize];
+                *child = match own.brick {
+                    None => UNKNOWN_CELL,
+                    Some((_, true)) => FLAT_CELL,
+                    Some(_) if is_page(*child) => *child,
+                    Some(_) => NO_PAGE,
+                };
+            }
         }
     }
 
-    /// Removes pages without children, and their bricks.
-    pub(super) fn remove<T: Texel>(&mut self, slots: &[u32]) {
+    /// Removes bricks of cells. What is known of the cells stays.
+    fn remove_bricks<T: Texel>(&mut self, cells: &[u32]) {
+        let layout = self.layout.level(0);
+        let mut pool = Pool::<T>::open(&mut self.store, &layout);
+        for &cell in cells {
+            pool.clear(cell, MISSING_BRICK);
+        }
+        pool.close();
+    }
+
+    /// Removes pages that have no pages below them, and their bricks.
+    pub(super) fn remove_pages<T: Texel>(&mut self, slots: &[u32]) {
         let layout = self.layout.level(0);
         let mut pool = Pool::<T>::open(&mut self.store, &layout);
         for &slot in slots {
-            for at in slot * 64..(slot + 1) * 64 {
-                pool.clear(at, crate::bricks::empty_word(0.0));
+            for cell in 8 * slot..8 * slot + 8 {
+                pool.clear(cell, crate::bricks::empty_word(0.0));
             }
         }
         pool.close();
         for &slot in slots {
             let parent = self.pages[slot as usize].parent;
-            if let Some(parent) = self.pages.get_mut(parent as usize) {
-                for child in &mut parent.children {
-                    if *child == slot {
-                        *child = NO_PAGE;
-                    }
-                }
+            if let Some(child) = self.children.get_mut(parent as usize)
+                && *child == slot
+            {
+                *child = NO_PAGE;
             }
-            self.masks[slot as usize] = 0;
-            self.open[slot as usize] = 0;
+            self.pages[slot as usize].parent = NO_PAGE;
             self.lists[slot as usize] = None;
             self.free.push(slot);
         }
@@ -233,104 +236,81 @@ impl Levels {
 
     /// Returns the bytes that bricks and pages in use need.
     fn used_bytes(&self) -> u64 {
-        let free = self.free.len() as u64;
-        self.memory_bytes() - PAGE_BYTES * free
+        self.memory_bytes() - PAGE_BYTES * self.free.len() as u64
     }
 
-    /// Returns pages without children that the last frames did not use, the least recently used last.
-    fn candidates(&self) -> Vec<u32> {
-        let stamp = |slot: u32| self.used[slot as usize].load(Ordering::Relaxed);
-        let mut all: Vec<u32> = self
-            .resident()
-            .filter(|&slot| {
-                let page = &self.pages[slot as usize];
-                page.parent != NO_PAGE && !page.has_children() && stamp(slot) < self.kept_since
-            })
-            .collect();
-        all.sort_unstable_by_key(|&slot| std::cmp::Reverse((stamp(slot), slot)));
-        all
-    }
-
-    /// Evicts pages until some more bytes fit. Returns how many, and whether they fit now.
+    /// Evicts bricks and pages until some more bytes fit. Returns how many bricks, and whether they fit now.
     fn make_room<T: Texel>(&mut self, bytes: u64) -> (u64, bool) {
-        let mut evicted = 0;
-        loop {
-            let used = self.used_bytes();
-            if used + bytes <= self.budget {
-                return (evicted, true);
-            }
-            let mut over = (used + bytes - self.budget) as i64;
-            let each = self.layout.level(0).brick_bytes() + 8;
-            let mut gone = Vec::new();
-            for slot in self.candidates().into_iter().rev() {
-                if over <= 0 {
-                    break;
-                }
-                let bricks = u64::from(self.masks[slot as usize].count_ones());
-                over -= (bricks * each + PAGE_BYTES) as i64;
+        if self.used_bytes() + bytes <= self.budget {
+            return (0, true);
+        }
+        // A little more than is needed, so that this does not happen for each brick.
+        let over = self.used_bytes() + bytes - self.budget + self.budget / 64;
+        let each = self.layout.level(0).brick_bytes() + 8;
+        let stamp = |cell: u32| self.used[cell as usize].load(Ordering::Relaxed);
+        let root = self.layout.root();
+        let mut old: Vec<u32> = self
+            .store
+            .cell_of_brick
+            .iter()
+            .copied()
+            .filter(|&cell| stamp(cell) < self.kept_since && self.level_of(cell) < root)
+            .collect();
+        old.sort_unstable_by_key(|&cell| (stamp(cell), cell));
+        old.truncate(over.div_ceil(each) as usize);
+        self.remove_bricks::<T>(&old);
+        let evicted = old.len() as u64;
+        self.remove_unused_pages::<T>();
+        (evicted, self.used_bytes() + bytes <= self.budget)
+    }
+
+    /// Removes pages without bricks that no recent frame used.
+    fn remove_unused_pages<T: Texel>(&mut self) {
+        let all: Vec<u32> = self.slots().collect();
+        let mut gone = Vec::new();
+        for &slot in all.iter().rev() {
+            let mut cells = 8 * slot as usize..8 * slot as usize + 8;
+            let is_unused = cells.all(|cell| {
+                let word = self.store.words[cell];
+                let has_brick = is_brick(word) && word != MISSING_BRICK;
+                let is_old = self.used[cell].load(Ordering::Relaxed) < self.kept_since;
+                !has_brick && !is_page(self.children[cell]) && is_old
+            });
+            let parent = self.pages[slot as usize].parent;
+            if is_unused && parent != NO_PAGE {
+                self.children[parent as usize] = NO_PAGE;
                 gone.push(slot);
             }
-            if gone.is_empty() {
-                return (evicted, false);
-            }
-            evicted += gone.len() as u64;
-            self.remove::<T>(&gone);
         }
+        self.remove_pages::<T>(&gone);
     }
 
-    /// Bakes pages that frames asked for since the last call, the most urgent first, on rayon's current threads. It
-    /// stops when `until` has passed or memory is full. What remains is asked for again by the next frame.
+    /// Bakes what frames asked for since the last call, the most urgent first, on rayon's current threads. It stops
+    /// when `until` has passed or memory is full. The next frame asks again for what remains.
     pub fn fill(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
         by_format!(self, fill_pages(program, until))
     }
 
     fn fill_pages<T: Texel>(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
         let mut done = FillStats::default();
-        let mut asked = self.requests.take();
-        asked.retain(|request| self.is_open(request));
+        let asked = self.requests.take();
         let context = PageContext::new(program, &self.layout);
         let mut rest = &asked[..];
         let chunk = if until.is_some() { SHORT_CHUNK } else { CHUNK };
+        let each = self.layout.level(0).brick_bytes() + 8 + PAGE_BYTES;
         while !rest.is_empty() {
-            let (some, others) = rest.split_at(chunk.min(rest.len()));
-            let (evicted, fits) = self.make_room::<T>(PAGE_BYTES * some.len() as u64);
+            // Bricks of several materials need more, which the next round makes up for.
+            let (evicted, fits) = self.make_room::<T>(each * chunk.min(rest.len()) as u64);
             done.evicted += evicted;
+            let room = self.budget.saturating_sub(self.used_bytes()) / each;
+            let count = chunk.min(rest.len()).min(room as usize);
+            let (some, others) = rest.split_at(count);
+            done.bricks += self.bake_requests::<T>(&context, some);
+            rest = others;
             if !fits {
                 done.is_full = true;
                 break;
             }
-            let baked = self.bake_children::<T>(&context, some);
-            let needed: u64 = baked
-                .iter()
-                .map(|page| page.brick_bytes(&self.layout))
-                .sum();
-            let (evicted, fits) = self.make_room::<T>(needed + PAGE_BYTES * baked.len() as u64);
-            done.evicted += evicted;
-            // The most urgent of them may still fit.
-            let mut room = self.budget.saturating_sub(self.used_bytes());
-            let kept: Vec<BakedPage<T>> = baked
-                .into_iter()
-                .take_while(|page| {
-                    let bytes = page.brick_bytes(&self.layout) + PAGE_BYTES;
-                    let is_room = bytes <= room;
-                    room = room.saturating_sub(bytes);
-                    is_room
-                })
-                .collect();
-            for (page, request) in kept.iter().zip(some) {
-                let (parent, octant) = request.place();
-                let slot = self.new_page(page.job.level, page.job.block, parent);
-                self.pages[parent as usize].children[octant as usize] = slot;
-            }
-            self.commit(&kept);
-            done.pages += kept.len() as u64;
-            done.bricks += kept.iter().map(|page| page.made.sampled).sum::<u64>();
-            rest = &rest[kept.len()..];
-            if !fits {
-                done.is_full = true;
-                break;
-            }
-            debug_assert_eq!(rest.len(), others.len());
             if until.is_some_and(|until| Instant::now() >= until) {
                 break;
             }
@@ -340,69 +320,74 @@ impl Levels {
         done
     }
 
-    /// Whether a request names a page that is missing and can be there.
-    fn is_open(&self, request: &PageRequest) -> bool {
-        let (slot, octant) = request.place();
-        let page = self.pages.get(slot as usize);
-        page.is_some_and(|page| {
-            page.level > 0
-                && self.is_resident(slot)
-                && page.children[octant as usize] == NO_PAGE
-                && self.open_octants(slot) >> octant & 1 != 0
-        })
+    /// Bakes requests. Returns the number of bricks.
+    fn bake_requests<T: Texel>(&mut self, context: &PageContext<'_>, some: &[PageRequest]) -> u64 {
+        // The cells to sample of each page. New pages come first.
+        let mut known: FxHashMap<u32, u8> = FxHashMap::default();
+        let mut new: FxHashMap<u32, u8> = FxHashMap::default();
+        for request in some {
+            let (cell, child) = request.place();
+            if !self.is_resident(cell / 8) {
+                continue;
+            }
+            let word = self.store.words[cell as usize];
+            match child {
+                None if word == MISSING_BRICK => {
+                    *known.entry(cell / 8).or_default() |= 1 << (cell % 8);
+                }
+                Some(child) if is_brick(word) && self.children[cell as usize] == NO_PAGE => {
+                    *new.entry(cell).or_default() |= 1 << child;
+                }
+                _ => {}
+            }
+        }
+        let mut slots = Vec::with_capacity(known.len() + new.len());
+        let mut cells = Vec::with_capacity(slots.capacity());
+        let mut created: Vec<(u32, u8)> = new.into_iter().collect();
+        created.sort_unstable();
+        for (cell, own) in created {
+            let page = &self.pages[cell as usize / 8];
+            let place = 2 * (2 * page.place() + octant_place(cell % 8));
+            let slot = self.new_page(Page::new(page.level - 1, place >> 1, cell));
+            self.children[cell as usize] = slot;
+            slots.push(slot);
+            cells.push(own);
+        }
+        let count = slots.len();
+        let mut others: Vec<(u32, u8)> = known.into_iter().collect();
+        others.sort_unstable();
+        slots.extend(others.iter().map(|(slot, _)| slot));
+        cells.extend(others.iter().map(|(_, cells)| cells));
+        let baked = self.bake_pages::<T>(context, &slots, &cells);
+        self.commit(&slots[..count], &baked[..count], true);
+        self.commit(&slots[count..], &baked[count..], false);
+        baked.iter().map(BakedPage::bricks).sum()
     }
 
-    /// Bakes octants of resident pages.
-    fn bake_children<T: Texel>(
+    /// Measures pages, and samples some of their cells.
+    pub(super) fn bake_pages<T: Texel>(
         &mut self,
         context: &PageContext<'_>,
-        some: &[PageRequest],
+        slots: &[u32],
+        cells: &[u8],
     ) -> Vec<BakedPage<T>> {
-        let mut parents: Vec<u32> = some.iter().map(|request| request.place().0).collect();
-        parents.sort_unstable();
-        parents.dedup();
-        let lists = self.lists_of(context, &parents);
-        let mut octants: FxHashMap<u32, u8> = FxHashMap::default();
-        for request in some {
-            let (slot, octant) = request.place();
-            *octants.entry(slot).or_default() |= 1 << octant;
-        }
-        // Programs of the children first: those of a page are made together.
-        let made: Vec<(u32, [Vec<Instruction>; 8])> = parents
-            .par_iter()
-            .map_init(
-                || context.baker(),
-                |baker, &slot| {
-                    let page = &self.pages[slot as usize];
-                    let list = &lists[&slot];
-                    (
-                        slot,
-                        baker.octant_lists(page.level, page.block(), list, octants[&slot]),
-                    )
-                },
-            )
-            .collect();
-        let mut made: FxHashMap<u32, [Vec<Instruction>; 8]> = made.into_iter().collect();
-        let jobs: Vec<PageJob> = some
+        let mut lists = self.lists_of(context, slots);
+        let jobs: Vec<PageJob> = slots
             .iter()
-            .map(|request| {
-                let (slot, octant) = request.place();
-                let list = made
-                    .get_mut(&slot)
-                    .map(|all| std::mem::take(&mut all[octant as usize]));
-                PageJob {
-                    level: self.pages[slot as usize].level - 1,
-                    block: self.child_block(slot, octant),
-                    list: list.unwrap_or_default(),
-                }
+            .zip(cells)
+            .map(|(slot, &cells)| PageJob {
+                page: self.pages[*slot as usize],
+                list: lists.remove(slot).unwrap_or_default(),
+                cells,
             })
             .collect();
-        bake_all(context, jobs)
+        jobs.into_par_iter()
+            .map_init(|| context.baker(), |baker, job| baker.page(&job))
+            .collect()
     }
 
-    /// Returns the programs of resident pages. Those that are kept come from there, and the others from the page
-    /// above.
-    pub(super) fn lists_of(
+    /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
+    fn lists_of(
         &mut self,
         context: &PageContext<'_>,
         slots: &[u32],
@@ -412,40 +397,57 @@ impl Levels {
         let mut unknown: Vec<u32> = Vec::new();
         for &slot in slots {
             let mut at = slot;
-            while at != NO_PAGE && !found.contains_key(&at) {
+            loop {
+                if found.contains_key(&at) {
+                    break;
+                }
                 if let Some(list) = &self.lists[at as usize] {
                     found.insert(at, list.to_vec());
                     break;
                 }
                 unknown.push(at);
-                at = self.pages[at as usize].parent;
+                match self.pages[at as usize].parent {
+                    NO_PAGE => break,
+                    parent => at = parent / 8,
+                }
             }
         }
-        unknown.sort_unstable_by_key(|&slot| {
-            (std::cmp::Reverse(self.pages[slot as usize].level), slot)
-        });
+        let order = |slot: u32| {
+            let page = &self.pages[slot as usize];
+            (std::cmp::Reverse(page.level), page.parent, slot)
+        };
+        unknown.sort_unstable_by_key(|&slot| order(slot));
         unknown.dedup();
         let pages = &self.pages;
         for same in unknown.chunk_by(|&a, &b| pages[a as usize].level == pages[b as usize].level) {
-            let own: Vec<(u32, Vec<Instruction>)> = same
+            let page_above = |slot: u32| pages[slot as usize].parent / 8;
+            let families: Vec<&[u32]> = same
+                .chunk_by(|&a, &b| page_above(a) == page_above(b))
+                .collect();
+            let own: Vec<Vec<(u32, Vec<Instruction>)>> = families
                 .par_iter()
                 .map_init(
                     || context.baker(),
-                    |baker, &slot| {
-                        let page = &pages[slot as usize];
-                        let Some(above) = found.get(&page.parent) else {
-                            return (slot, baker.root_list(page.block()));
-                        };
-                        let block = page.block();
-                        let inner = block & 1;
-                        let octant = (inner.x + 2 * inner.y + 4 * inner.z) as usize;
-                        let mut lists =
-                            baker.octant_lists(page.level + 1, block >> 1, above, 1 << octant);
-                        (slot, std::mem::take(&mut lists[octant]))
+                    |baker, family| {
+                        let first = &pages[family[0] as usize];
+                        if first.parent == NO_PAGE {
+                            let list = |&slot: &u32| {
+                                let place = pages[slot as usize].place();
+                                (slot, baker.root_list(place))
+                            };
+                            return family.iter().map(list).collect();
+                        }
+                        let above = first.parent / 8;
+                        let mut lists = baker.cell_lists(&pages[above as usize], &found[&above]);
+                        let own = family.iter().map(|&slot| {
+                            let cell = pages[slot as usize].parent % 8;
+                            (slot, std::mem::take(&mut lists[cell as usize]))
+                        });
+                        own.collect()
                     },
                 )
                 .collect();
-            found.extend(own);
+            found.extend(own.into_iter().flatten());
         }
         let kept: usize = self
             .lists
@@ -463,20 +465,4 @@ impl Levels {
         }
         found
     }
-}
-
-/// Bakes pages in parallel.
-pub(super) fn bake_all<T: Texel>(
-    context: &PageContext<'_>,
-    jobs: Vec<PageJob>,
-) -> Vec<BakedPage<T>> {
-    jobs.into_par_iter()
-        .map_init(
-            || context.baker(),
-            |baker, job| {
-                let made = baker.page(job.level, job.block, &job.list);
-                BakedPage { job, made }
-            },
-        )
-        .collect()
 }

@@ -1,4 +1,5 @@
-use crate::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError, VoxelGrid};
+use super::page::Page;
+use crate::{BrickLayout, BrickSettings, BricksError, VoxelGrid};
 use argil_math::Aabb;
 use glam::IVec3;
 
@@ -10,14 +11,14 @@ pub(crate) const MAX_LEVELS: u32 = 18;
 /// The layout of levels of detail.
 ///
 /// A voxel of level L is 2^L times as long as one of level 0. All levels count their voxels from the same corner, so
-/// a block of a level covers 2³ blocks of the next finer one.
+/// a cell of a level covers 2³ cells of the next finer one.
 ///
 /// ```
 /// use argil_volume::{BrickSettings, LevelsLayout, VoxelGrid};
 /// use argil_math::Aabb;
 /// let grid = VoxelGrid::fitting(Aabb::centered([1.0; 3].into()), None, 1024)?;
 /// let layout = LevelsLayout::new(grid, &BrickSettings { brick_size_voxels: 8, ..Default::default() })?;
-/// assert_eq!(layout.len(), 5);
+/// assert_eq!(layout.count(), 5);
 /// assert_eq!(layout.level(4).voxel_grid.voxel_size, 16.0 * grid.voxel_size);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -32,7 +33,6 @@ impl LevelsLayout {
     ///
     /// # Errors
     /// If the brick size or the encoding is not supported. Bricks of levels have 8 voxels per side.
-    #[expect(clippy::len_without_is_empty, reason = "there is at least one level")]
     pub fn new(voxel_grid: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
         if settings.brick_size_voxels != 8 {
             return Err(BricksError::LevelBrick(settings.brick_size_voxels));
@@ -50,7 +50,7 @@ impl LevelsLayout {
     }
 
     /// Returns the number of levels.
-    pub fn len(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         self.count
     }
 
@@ -75,17 +75,18 @@ impl LevelsLayout {
         }
     }
 
-    /// Returns the blocks of the coarsest level: the first, and the one after the last.
-    pub(super) fn root_blocks(&self) -> [IVec3; 2] {
-        self.level(self.root()).block_range()
+    /// Returns the pages of the coarsest level: the first, and the one after the last.
+    pub(super) fn root_pages(&self) -> [IVec3; 2] {
+        let root = self.level(self.root());
+        [root.first_cell() >> 1, ((root.end_cell() - 1) >> 1) + 1]
     }
 
-    /// Returns the box of a block.
-    pub fn block_box(&self, level: u32, block: IVec3) -> Aabb {
-        let layout = self.level(level);
-        let edge = BLOCK_SIDE as f32 * layout.cell_length();
-        let min = layout.voxel_grid.corner + edge * block.as_vec3();
-        Aabb::new(min, min + edge)
+    /// Returns the box of a page.
+    pub(super) fn page_box(&self, page: &Page) -> Aabb {
+        let layout = self.level(page.level);
+        let first = 2 * page.place();
+        let last = layout.cell_box(first + 1);
+        Aabb::new(layout.cell_box(first).min, last.max)
     }
 
     /// Returns the same levels over another box of the same voxels.

@@ -2,12 +2,16 @@
 
 use glam::IVec3;
 
-/// The parent of a page of the coarsest level, and a missing page.
+/// No page: the parent of a page of the coarsest level, or the child of a cell that can have one.
 pub const NO_PAGE: u32 = u32::MAX;
-/// Finest voxels along a page of level 0, as a power of two: 4 cells of 8 voxels.
-pub const PAGE_VOXELS_LOG2: u32 = 5;
+/// In place of a child: finer samples would tell nothing more, because the cell's distances are those of a plane.
+pub const FLAT_CELL: u32 = u32::MAX - 1;
+/// In place of a child: it is not known yet whether finer samples would tell more.
+pub const UNKNOWN_CELL: u32 = u32::MAX - 2;
+/// Voxels along a page's side, as a power of two: 2 cells of 8 voxels.
+pub const PAGE_VOXELS_LOG2: u32 = 4;
 
-/// A page: one block of a level, and its place in the tree.
+/// A page: 2³ cells of a level, which together are one cell of the next coarser level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Page {
@@ -15,50 +19,67 @@ pub struct Page {
     pub origin: [i32; 3],
     /// The level. 0 is the finest.
     pub level: u32,
-    /// The pages of the octants, or [`NO_PAGE`]. x is the lowest bit of an octant's number.
-    pub children: [u32; 8],
-    /// The page of the next coarser level that contains this one, or [`NO_PAGE`].
+    /// The cell that the page refines, or [`NO_PAGE`]. A cell's index is eight times its page's slot, plus its place:
+    /// x is the lowest bit.
     pub parent: u32,
-    /// Not used: it makes a page 64 bytes.
+    /// Not used: it makes a page 32 bytes.
     pub padding: [u32; 3],
 }
 
 impl Page {
-    pub(super) fn new(level: u32, block: IVec3, parent: u32) -> Self {
+    /// Creates a page at a position in pages of its level.
+    pub(super) fn new(level: u32, place: IVec3, parent: u32) -> Self {
         Self {
-            origin: (block << (PAGE_VOXELS_LOG2 + level)).to_array(),
+            origin: (place << (PAGE_VOXELS_LOG2 + level)).to_array(),
             level,
-            children: [NO_PAGE; 8],
             parent,
             padding: [0; 3],
         }
     }
 
-    /// Returns the block in blocks of its level.
-    pub fn block(&self) -> IVec3 {
+    /// Returns the position in pages of its level.
+    pub fn place(&self) -> IVec3 {
         IVec3::from_array(self.origin) >> (PAGE_VOXELS_LOG2 + self.level)
     }
 
-    pub(super) fn has_children(&self) -> bool {
-        self.children.iter().any(|&child| child != NO_PAGE)
+    /// Returns the block that contains the page, and the page's octant of it.
+    pub(super) fn block(&self) -> (IVec3, u32) {
+        let place = self.place();
+        (place >> 1, octant_of(place & 1))
     }
 }
 
 /// Returns the cells of a block's octant, one bit each.
-#[inline(always)]
-pub fn octant_cells(octant: u32) -> u64 {
+pub(super) fn octant_cells(octant: u32) -> u64 {
     // Cells 0 and 1 along each axis; an octant is two cells further.
     const FIRST: u64 = 0x0033_0033;
     FIRST << (2 * (octant & 1) + 8 * (octant >> 1 & 1) + 32 * (octant >> 2))
 }
 
-/// Returns the position of an octant: 0 or 1 along each axis.
+/// Returns the place of a cell in its page, given its place in the block.
+pub(super) fn page_cell(inner: u8) -> u32 {
+    let inner = u32::from(inner);
+    (inner & 1) | (inner >> 2 & 1) << 1 | (inner >> 4 & 1) << 2
+}
+
+/// Returns the number of a place, 0 or 1 along each axis.
+pub(super) fn octant_of(place: IVec3) -> u32 {
+    (place.x + 2 * place.y + 4 * place.z) as u32
+}
+
+/// Returns the place of an octant, 0 or 1 along each axis.
 pub(super) fn octant_place(octant: u32) -> IVec3 {
     IVec3::new(
         (octant & 1) as i32,
         (octant >> 1 & 1) as i32,
         (octant >> 2) as i32,
     )
+}
+
+/// Whether a word in place of a child is a page.
+#[inline(always)]
+pub fn is_page(child: u32) -> bool {
+    child < UNKNOWN_CELL
 }
 
 #[cfg(test)]
@@ -74,18 +95,23 @@ mod tests {
             assert_eq!(cells.count_ones(), 8);
             assert_eq!(all & cells, 0);
             all |= cells;
-            for i in (0..64).filter(|i| cells >> i & 1 != 0) {
-                assert_eq!(inner_cell(i) / 2, octant_place(octant));
+            for i in (0..64u8).filter(|i| cells >> i & 1 != 0) {
+                let inner = inner_cell(usize::from(i));
+                assert_eq!(inner / 2, octant_place(octant));
+                assert_eq!(page_cell(i), octant_of(inner % 2));
             }
         }
         assert_eq!(all, u64::MAX);
-        assert_eq!(size_of::<Page>(), 64);
+        assert_eq!(size_of::<Page>(), 32);
     }
 
     #[test]
-    fn pages_know_their_blocks() {
-        for block in [IVec3::new(-3, 0, 7), IVec3::ZERO, IVec3::splat(-1)] {
-            assert_eq!(Page::new(4, block, NO_PAGE).block(), block);
+    fn pages_know_their_places() {
+        for place in [IVec3::new(-3, 0, 7), IVec3::ZERO, IVec3::splat(-1)] {
+            let page = Page::new(4, place, NO_PAGE);
+            assert_eq!(page.place(), place);
+            let (block, octant) = page.block();
+            assert_eq!(2 * block + octant_place(octant), place);
         }
     }
 }

@@ -18,7 +18,7 @@ impl LevelsPendingEdits {
     pub(super) fn of(layout: LevelsLayout) -> Self {
         Self {
             layout,
-            boxes: vec![Vec::new(); layout.len() as usize],
+            boxes: vec![Vec::new(); layout.count() as usize],
         }
     }
 
@@ -69,7 +69,7 @@ impl PendingEdits for LevelsPendingEdits {
     }
 
     fn merge(&mut self, live: &IncrementalProgram, _: &[[Aabb; 2]]) -> bool {
-        for level in 0..self.layout.len() {
+        for level in 0..self.layout.count() {
             let layout = self.layout.level(level);
             let [_, far] = layout.margins(live.program());
             let jumps = far + layout.cell_length();

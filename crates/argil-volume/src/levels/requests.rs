@@ -1,51 +1,60 @@
-//! Requests for missing pages.
+//! Requests for missing bricks and pages.
 
 use rustc_hash::FxHashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// A request for the page of an octant.
+/// A request for a cell's brick, or for one of the finer cells in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PageRequest {
-    /// Eight times the slot of the resident page, plus the octant.
-    pub key: u32,
-    /// By how many levels the resident page is too coarse.
+    /// 16 times the cell, plus 8 and the place of the finer cell, if that is asked for.
+    pub key: u64,
+    /// By how many levels the resident brick is too coarse.
     pub gap: f32,
     /// The distance from the camera.
     pub distance: f32,
 }
 
 impl PageRequest {
-    /// Creates a request for an octant of a resident page.
+    /// Creates a request for a cell's brick.
     #[inline(always)]
-    pub fn new(slot: u32, octant: u32, gap: f32, distance: f32) -> Self {
+    pub fn of_cell(cell: u32, gap: f32, distance: f32) -> Self {
         Self {
-            key: 8 * slot + octant,
+            key: 16 * u64::from(cell),
             gap,
             distance,
         }
     }
 
-    /// Returns the slot and the octant.
-    pub fn place(&self) -> (u32, u32) {
-        (self.key / 8, self.key % 8)
+    /// Creates a request for a finer cell in a cell, and its brick.
+    #[inline(always)]
+    pub fn of_child(cell: u32, child: u32, gap: f32, distance: f32) -> Self {
+        Self {
+            key: 16 * u64::from(cell) + 8 + u64::from(child),
+            gap,
+            distance,
+        }
     }
 
-    /// Merges requests for the same page, the most urgent of them first.
-    pub(super) fn merged(all: &mut Vec<Self>) {
-        let urgency = |a: &Self, b: &Self| {
-            b.gap
-                .total_cmp(&a.gap)
+    /// Returns the cell, and the finer cell if that is asked for.
+    pub fn place(&self) -> (u32, Option<u32>) {
+        let child = (self.key & 8 != 0).then_some((self.key & 7) as u32);
+        ((self.key / 16) as u32, child)
+    }
+
+    /// Orders requests, the most urgent first.
+    pub(super) fn sort(all: &mut [Self]) {
+        all.sort_unstable_by(|a, b| {
+            let urgency = b.gap.total_cmp(&a.gap);
+            urgency
                 .then(a.distance.total_cmp(&b.distance))
-        };
-        all.sort_unstable_by(|a, b| a.key.cmp(&b.key).then(urgency(a, b)));
-        all.dedup_by_key(|one| one.key);
-        all.sort_unstable_by(|a, b| urgency(a, b).then(a.key.cmp(&b.key)));
+                .then(a.key.cmp(&b.key))
+        });
     }
 }
 
 /// Requests that no fill has taken yet.
 #[derive(Debug, Default)]
-pub(super) struct Requests(Mutex<FxHashMap<u32, [f32; 2]>>);
+pub(super) struct Requests(Mutex<FxHashMap<u64, [f32; 2]>>);
 
 impl Requests {
     pub(super) fn add(&self, asked: &[PageRequest]) {
@@ -59,19 +68,19 @@ impl Requests {
         }
     }
 
-    /// Returns the number of pages that are asked for.
+    /// Returns the number of bricks that are asked for.
     pub(super) fn len(&self) -> usize {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
 
-    /// Takes all requests, the most urgent first: by how much the resident page is too coarse, then by distance.
+    /// Takes all requests, the most urgent first: by how much the resident brick is too coarse, then by distance.
     pub(super) fn take(&mut self) -> Vec<PageRequest> {
         let all = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut taken: Vec<PageRequest> = all
             .drain()
             .map(|(key, [gap, distance])| PageRequest { key, gap, distance })
             .collect();
-        PageRequest::merged(&mut taken);
+        PageRequest::sort(&mut taken);
         taken
     }
 }

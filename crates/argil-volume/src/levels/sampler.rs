@@ -1,13 +1,9 @@
 //! Reads levels at many points at once.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "a lane has its place in many arrays"
-)]
-
-use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, octant_cells};
+use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, is_page, octant_place};
 use super::requests::PageRequest;
 use super::tree::Levels;
+use crate::MISSING_BRICK;
 use crate::bricks::{center_of, is_brick, load_planes, load_voxels};
 use crate::{CellLocations, NeighborPlanes, Texel, VoxelSamples};
 use argil_field::LANES;
@@ -21,15 +17,13 @@ const PAGE_VOXELS: f32 = (1 << PAGE_VOXELS_LOG2) as f32;
 pub struct LevelLanes {
     /// The page of each point. Before a look-up, any page: the search begins there.
     pub page: [u32; LANES],
-    /// The position in the page, in voxels of its level.
-    pub place: [[f32; LANES]; 3],
     /// The edge of the page's voxels, in the scene's unit.
     pub voxel: [f32; LANES],
-    /// By how many levels the page is too coarse although a finer one can exist. 0 if it is fine enough.
+    /// By how many levels the cell is too coarse although a finer one can exist. 0 if it is fine enough.
     pub gap: [f32; LANES],
-    /// The octant of the page.
-    pub octant: [u32; LANES],
-    /// The cells, counted from the page's corner, and their words.
+    /// What is missing, as in [`PageRequest::key`], or [`NO_REQUEST`].
+    pub key: [u64; LANES],
+    /// The cells, counted from the page's corner, and their words. An index is a cell's.
     pub at: CellLocations,
 }
 
@@ -37,10 +31,9 @@ impl Default for LevelLanes {
     fn default() -> Self {
         Self {
             page: [0; LANES],
-            place: [[0.0; LANES]; 3],
             voxel: [1.0; LANES],
             gap: [0.0; LANES],
-            octant: [0; LANES],
+            key: [NO_REQUEST; LANES],
             at: CellLocations::default(),
         }
     }
@@ -52,6 +45,7 @@ pub struct LevelSampler<'a, T> {
     levels: &'a Levels,
     pages: &'a [Page],
     words: &'a [u32],
+    children: &'a [u32],
     pool: &'a [T],
     count: u32,
     /// The voxel of level 0 that contains the camera, and the position in it.
@@ -81,6 +75,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             levels,
             pages: levels.pages(),
             words: levels.words(),
+            children: levels.children(),
             pool,
             count: levels.brick_count() as u32,
             eye_voxel: eye_voxel.as_ivec3(),
@@ -134,44 +129,33 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         exponent.clamp(0, self.root as i32) as u32
     }
 
-    /// Finds the finest resident pages of some levels or coarser ones that contain points. Points are in voxels of
-    /// level 0, counted from the camera's voxel. Points outside the world count as the nearest ones inside.
+    /// Finds the cells that tell the most about points, on some levels or coarser ones, and have a resident brick or
+    /// no surface. Points are in voxels of level 0, counted from the camera's voxel. Points outside the world count as
+    /// the nearest ones inside.
     #[inline(always)]
     pub fn locate(&self, points: [&[f32]; 3], wanted: &[u32], out: &mut LevelLanes) {
         let n = wanted.len().min(LANES);
         for i in 0..n {
             let point = [points[0][i], points[1][i], points[2][i]];
-            let (slot, place) = self.search(point, wanted[i], out.page[i]);
-            out.page[i] = slot;
-            let page = &self.pages[slot as usize];
-            let mut index = 0;
+            let found = self.search(point, wanted[i], out.page[i]);
+            out.page[i] = found.cell / 8;
+            out.gap[i] = found.gap;
+            out.key[i] = found.key;
+            let page = &self.pages[found.cell as usize / 8];
             for axis in 0..3 {
-                let own = place[axis].clamp(0.0, PAGE_VOXELS);
-                let cell = (own * 0.125).min(3.0).floor();
-                out.place[axis][i] = own;
+                let cell = (found.cell >> axis & 1) as f32;
                 out.at.cell[axis][i] = cell;
-                out.at.inner[axis][i] = own - 8.0 * cell;
-                index += (cell as u32) << (2 * axis);
+                out.at.inner[axis][i] = (found.place[axis] - 8.0 * cell).clamp(0.0, 8.0);
             }
-            let index = slot * 64 + index;
-            out.at.index[i] = index;
-            out.at.word[i] = self.words[index as usize];
+            out.at.index[i] = found.cell;
+            out.at.word[i] = self.words[found.cell as usize];
             out.voxel[i] = self.voxel * power(page.level);
-            let octant = octant_of(place);
-            out.octant[i] = octant;
-            let is_coarse = page.level > wanted[i]
-                && self.levels.open[slot as usize] & octant_cells(octant) != 0;
-            out.gap[i] = if is_coarse {
-                (page.level - wanted[i]) as f32
-            } else {
-                0.0
-            };
         }
     }
 
-    /// Returns the page of a point, and the position in it.
+    /// Returns the cell that tells the most about a point and has a resident brick or no surface.
     #[inline(always)]
-    fn search(&self, point: [f32; 3], wanted: u32, from: u32) -> (u32, [f32; 3]) {
+    fn search(&self, point: [f32; 3], wanted: u32, from: u32) -> Found {
         let mut slot = from;
         let mut place;
         loop {
@@ -188,21 +172,61 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
                 }
                 break;
             }
-            slot = page.parent;
+            slot = page.parent / 8;
         }
         loop {
-            let page = &self.pages[slot as usize];
-            if page.level <= wanted {
-                break;
+            let level = self.pages[slot as usize].level;
+            let cell = 8 * slot + octant_in(place);
+            let word = self.words[cell as usize];
+            if !is_brick(word) {
+                return Found {
+                    cell,
+                    place,
+                    gap: 0.0,
+                    key: NO_REQUEST,
+                };
             }
-            let child = page.children[octant_of(place) as usize];
-            if child == NO_PAGE {
-                break;
+            let child = self.children[cell as usize];
+            if level > wanted && is_page(child) {
+                slot = child;
+                place = self.place_in(&self.pages[slot as usize], point);
+                continue;
             }
-            slot = child;
-            place = self.place_in(&self.pages[slot as usize], point);
+            if word == MISSING_BRICK {
+                return self.fall_back(cell, (level, wanted), point);
+            }
+            if level > wanted && child == NO_PAGE {
+                let inner = place.map(|p| (p * (1.0 / 8.0)).fract());
+                let inner = octant_in(inner.map(|p| p * PAGE_VOXELS));
+                let (gap, key) = ((level - wanted) as f32, child_key(cell, inner));
+                return Found {
+                    cell,
+                    place,
+                    gap,
+                    key,
+                };
+            }
+            return Found {
+                cell,
+                place,
+                gap: 0.0,
+                key: NO_REQUEST,
+            };
         }
-        (slot, place)
+    }
+
+    /// Returns the finest resident brick above a cell whose brick is missing.
+    #[inline(never)]
+    fn fall_back(&self, missing: u32, (level, wanted): (u32, u32), point: [f32; 3]) -> Found {
+        let cell = self.levels.resident_above(missing);
+        let page = &self.pages[cell as usize / 8];
+        let gap = (page.level - wanted.min(level)) as f32;
+        Found {
+            cell,
+            place: self.place_in(page, point),
+            gap: gap.max(1.0),
+            key: 16 * u64::from(missing),
+        }
     }
 
     /// Returns the position of a point in a page, in voxels of its level.
@@ -218,7 +242,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     /// Returns the page of the coarsest level for a position relative to another one.
     fn root_of(&self, page: &Page, place: [f32; 3]) -> u32 {
         let (low, size, roots) = self.levels.roots();
-        let at = page.block() - low;
+        let at = page.place() - low;
         let at = [0, 1, 2].map(|axis: usize| {
             let away = (place[axis] * (1.0 / PAGE_VOXELS)).floor();
             // NaN becomes 0.
@@ -254,8 +278,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     ) {
         let asked = std::cell::RefCell::new(asked);
         let neighbor = |axis: usize, goes_up: bool| {
-            let cell = [0, 1, 2].map(|a: usize| lanes.at.cell[a][i] as i32);
-            self.neighbor(lanes.page[i], cell, axis, goes_up, &mut asked.borrow_mut())
+            self.neighbor(lanes.at.index[i], axis, goes_up, &mut asked.borrow_mut())
         };
         load_planes(
             self.pool,
@@ -273,33 +296,30 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     #[inline(always)]
     fn neighbor(
         &self,
-        slot: u32,
-        mut cell: [i32; 3],
+        cell: u32,
         axis: usize,
         goes_up: bool,
         asked: &mut Vec<PageRequest>,
     ) -> Option<u32> {
-        cell[axis] += if goes_up { 1 } else { -1 };
-        let mut slot = slot;
-        if !(0..4).contains(&cell[axis]) {
-            let page = &self.pages[slot as usize];
-            let mut block = page.block();
-            block[axis] += if goes_up { 1 } else { -1 };
-            cell[axis] &= 3;
-            slot = self.levels.find(page.level, block)?;
-            let found = &self.pages[slot as usize];
-            if found.level > page.level {
-                let inner = (block >> (found.level - 1 - page.level)) & 1;
-                let octant = (inner.x + 2 * inner.y + 4 * inner.z) as u32;
-                if self.levels.open[slot as usize] & octant_cells(octant) != 0 {
-                    let gap = (found.level - page.level) as f32;
-                    asked.push(PageRequest::new(slot, octant, gap, 0.0));
-                }
+        let is_upper = cell >> axis & 1 != 0;
+        let beside = if is_upper != goes_up {
+            cell ^ 1 << axis
+        } else {
+            let page = &self.pages[cell as usize / 8];
+            let mut place = 2 * page.place() + octant_place(cell % 8);
+            place[axis] += if goes_up { 1 } else { -1 };
+            let found = self.levels.find(page.level, place)?;
+            if self.levels.level_of(found) != page.level {
+                asked.extend(self.levels.request_for((page.level, place), found, 0.0));
                 return None;
             }
+            found
+        };
+        let word = self.words[beside as usize];
+        if word == MISSING_BRICK {
+            asked.push(PageRequest::of_cell(beside, 1.0, 0.0));
+            return None;
         }
-        let index = cell[0] + 4 * cell[1] + 16 * cell[2];
-        let word = self.words[(slot * 64 + index as u32) as usize];
         is_brick(word).then_some(word)
     }
 
@@ -326,11 +346,28 @@ fn power(level: u32) -> f32 {
     f32::from_bits((127 + level) << 23)
 }
 
-/// Returns the octant of a position in a page.
+/// Returns the cell of a position in a page.
 #[inline(always)]
-fn octant_of(place: [f32; 3]) -> u32 {
+fn octant_in(place: [f32; 3]) -> u32 {
     let half = 0.5 * PAGE_VOXELS;
     u32::from(place[0] >= half)
         | u32::from(place[1] >= half) << 1
         | u32::from(place[2] >= half) << 2
+}
+
+#[inline(always)]
+fn child_key(cell: u32, inner: u32) -> u64 {
+    16 * u64::from(cell) + 8 + u64::from(inner)
+}
+
+/// The key of no request.
+pub const NO_REQUEST: u64 = u64::MAX;
+
+/// What a search found.
+struct Found {
+    cell: u32,
+    /// The position in the cell's page, in voxels of its level.
+    place: [f32; 3],
+    gap: f32,
+    key: u64,
 }

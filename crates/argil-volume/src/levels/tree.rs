@@ -1,18 +1,18 @@
 //! The tree of pages.
 
 use super::layout::LevelsLayout;
-use super::page::{NO_PAGE, Page, octant_cells, octant_place};
+use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
 use super::requests::{PageRequest, Requests};
+use crate::MISSING_BRICK;
 use crate::Texels;
 use crate::bricks::{BrickStore, places};
-use crate::{BrickCell, SampleFormat};
+use crate::{BrickCell, SampleFormat, is_brick};
 use argil_abi::Instruction;
-use argil_field::CELLS_PER_BATCH;
 use glam::{IVec3, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Bytes of a page without its bricks: its node, words, masks, and the frame that used it last.
-pub(super) const PAGE_BYTES: u64 = 64 + 4 * CELLS_PER_BATCH as u64 + 16 + 4;
+/// Bytes of a page without its bricks: its node, and for each cell its word, its child, and its last use.
+pub(super) const PAGE_BYTES: u64 = 32 + 8 * 12;
 
 /// Bricks at many levels of detail, within a budget of memory.
 ///
@@ -26,11 +26,13 @@ pub(super) const PAGE_BYTES: u64 = 64 + 4 * CELLS_PER_BATCH as u64 + 16 + 4;
 /// let grid = VoxelGrid::fitting(program.aabb(), None, 1024)?;
 /// let layout = LevelsLayout::new(grid, &BrickSettings::default())?;
 /// let mut levels = Levels::bake(&program, layout, 64 << 20)?;
-/// let before = levels.distance([0.5, 0.0, 0.0].into());
-/// levels.request_all(0, [0.5, 0.0, 0.0].into());
-/// levels.fill(&program, None);
-/// let after = levels.distance([0.5, 0.0, 0.0].into());
-/// assert!(after.abs() <= before.abs());
+/// let point = [0.5, 0.01, 0.0].into();
+/// let before = levels.distance(point);
+/// while levels.request(0, point) {
+///     levels.fill(&program, None);
+/// }
+/// let after = levels.distance(point);
+/// assert!((after - program.distance(point)).abs() < 0.1 * (before - program.distance(point)).abs());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -43,23 +45,22 @@ pub struct Levels {
     pub(super) budget: u64,
     /// The size of a voxel that a ray accepts, in pixels.
     pub(super) pixel_error: f32,
-    /// The first block of the coarsest level, the number of blocks, and the page of each.
+    /// The first page of the coarsest level, the number of pages, and the slot of each.
     pub(super) root_low: IVec3,
     pub(super) root_size: IVec3,
     pub(super) roots: Vec<u32>,
     pub(super) pages: Vec<Page>,
-    pub(super) masks: Vec<u64>,
-    /// For each slot, a bit for each cell that finer samples would tell more about.
-    pub(super) open: Vec<u64>,
+    /// For each cell, its page, or why it has none.
+    pub(super) children: Vec<u32>,
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
     pub(super) lists: Vec<Option<Box<[Instruction]>>>,
-    /// The last frame that used each page.
+    /// The last frame that used each cell.
     pub(super) used: Vec<AtomicU32>,
     /// The current frame. The first is 1.
     pub(super) frame: AtomicU32,
-    /// Pages that this frame or a later one used are not evicted.
+    /// What this frame or a later one used is not evicted.
     pub(super) kept_since: u32,
     pub(super) requests: Requests,
 }
@@ -70,8 +71,7 @@ impl Clone for Levels {
         Self {
             roots: self.roots.clone(),
             pages: self.pages.clone(),
-            masks: self.masks.clone(),
-            open: self.open.clone(),
+            children: self.children.clone(),
             free: self.free.clone(),
             store: self.store.clone(),
             lists: self.lists.clone(),
@@ -86,7 +86,8 @@ impl Clone for Levels {
 impl PartialEq for Levels {
     fn eq(&self, other: &Self) -> bool {
         self.layout == other.layout
-            && (&self.roots, &self.pages, &self.masks) == (&other.roots, &other.pages, &other.masks)
+            && (&self.roots, &self.pages, &self.children)
+                == (&other.roots, &other.pages, &other.children)
             && self.store == other.store
     }
 }
@@ -98,7 +99,7 @@ impl Levels {
             SampleFormat::Snorm8 => Texels::from_vec(vec![0i8; 729]),
             SampleFormat::Snorm16 => Texels::from_vec(vec![0i16; 729]),
         };
-        let [low, high] = layout.root_blocks();
+        let [low, high] = layout.root_pages();
         let size = high - low;
         Self {
             layout,
@@ -109,8 +110,7 @@ impl Levels {
             root_size: size,
             roots: vec![NO_PAGE; size.element_product() as usize],
             pages: Vec::new(),
-            masks: Vec::new(),
-            open: Vec::new(),
+            children: Vec::new(),
             free: Vec::new(),
             store: BrickStore::of(pool),
             lists: Vec::new(),
@@ -146,17 +146,18 @@ impl Levels {
         self.pixel_error = pixels.clamp(0.125, 1024.0);
     }
 
-    /// Returns all pages, including free ones. Their indices are slots, with 64 [words](Levels::words) each.
+    /// Returns all pages, including free ones, by slot.
     pub fn pages(&self) -> &[Page] {
         &self.pages
     }
 
-    /// Returns the mask of each slot: a bit for each cell with a brick.
-    pub fn masks(&self) -> &[u64] {
-        &self.masks
+    /// Returns for each cell the slot of its page, or [`NO_PAGE`], [`FLAT_CELL`](super::FLAT_CELL)
+    /// or [`UNKNOWN_CELL`](super::UNKNOWN_CELL).
+    pub fn children(&self) -> &[u32] {
+        &self.children
     }
 
-    /// Returns the words of all slots.
+    /// Returns the word of each cell: as in sparse bricks, or [`MISSING_BRICK`].
     pub fn words(&self) -> &[u32] {
         &self.store.words
     }
@@ -166,7 +167,7 @@ impl Levels {
         &self.store.pool
     }
 
-    /// Returns the first block of the coarsest level, the number of blocks along each axis, and the page of each, x
+    /// Returns the first page of the coarsest level, the number of pages along each axis, and the slot of each, x
     /// fastest.
     pub fn roots(&self) -> (IVec3, IVec3, &[u32]) {
         (self.root_low, self.root_size, &self.roots)
@@ -177,23 +178,28 @@ impl Levels {
         self.store.cell_of_brick.len() as u64
     }
 
-    /// Returns the number of resident pages of each level, finest first.
-    pub fn resident_pages(&self) -> Vec<u64> {
-        let mut counts = vec![0; self.layout.len() as usize];
-        for (slot, page) in self.pages.iter().enumerate() {
-            if self.is_resident(slot as u32) {
-                counts[page.level as usize] += 1;
-            }
+    /// Returns the number of bricks of each level, finest first.
+    pub fn resident_bricks(&self) -> Vec<u64> {
+        let mut counts = vec![0; self.layout.count() as usize];
+        for &cell in &self.store.cell_of_brick {
+            counts[self.pages[cell as usize / 8].level as usize] += 1;
         }
         counts
     }
 
+    /// Returns the number of pages.
+    pub fn page_count(&self) -> u64 {
+        (self.pages.len() - self.free.len()) as u64
+    }
+
     /// Whether a slot holds a page.
-    pub fn is_resident(&self, slot: u32) -> bool {
-        let page = &self.pages[slot as usize];
+    pub(super) fn is_resident(&self, slot: u32) -> bool {
+        let Some(page) = self.pages.get(slot as usize) else {
+            return false;
+        };
         match page.parent {
-            NO_PAGE => self.root_slot(page.block()) == Some(slot),
-            parent => self.pages[parent as usize].children.contains(&slot),
+            NO_PAGE => self.root_slot(page.place()) == Some(slot),
+            parent => self.children[parent as usize] == slot,
         }
     }
 
@@ -209,123 +215,129 @@ impl Levels {
         PAGE_BYTES * self.pages.len() as u64 + self.store.memory_bytes() - words + lists as u64
     }
 
-    /// Returns the page of a block of the coarsest level.
-    pub(super) fn root_slot(&self, block: IVec3) -> Option<u32> {
-        let at = block - self.root_low;
+    /// Returns the page of the coarsest level at a place.
+    pub(super) fn root_slot(&self, place: IVec3) -> Option<u32> {
+        let at = place - self.root_low;
         let is_held = at.cmpge(IVec3::ZERO).all() && at.cmplt(self.root_size).all();
-        let place = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
+        let nth = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
         is_held
-            .then(|| self.roots[place as usize])
+            .then(|| self.roots[nth as usize])
             .filter(|&slot| slot != NO_PAGE)
     }
 
-    /// Returns the finest resident page of a level or a coarser one that contains a block of that level.
-    pub fn find(&self, level: u32, block: IVec3) -> Option<u32> {
+    /// Returns the cell that tells the most about a cell of a level: the cell itself, or a coarser one without a
+    /// surface, that is flat, or that has no page.
+    #[inline]
+    pub(super) fn find(&self, level: u32, cell: IVec3) -> Option<u32> {
         let root = self.layout.root();
-        let mut slot = self.root_slot(block >> root.checked_sub(level)?)?;
+        let up = root.checked_sub(level)?;
+        let mut slot = self.root_slot(cell >> (up + 1))?;
+        let mut above = up;
         loop {
-            let page = &self.pages[slot as usize];
-            if page.level <= level {
-                return Some(slot);
+            let own = 8 * slot + octant_of((cell >> above) & 1);
+            if above == 0 || !is_page(self.children[own as usize]) {
+                return Some(own);
             }
-            let inner = (block >> (page.level - 1 - level)) & 1;
-            let octant = inner.x + 2 * inner.y + 4 * inner.z;
-            match page.children[octant as usize] {
-                NO_PAGE => return Some(slot),
-                child => slot = child,
-            }
+            slot = self.children[own as usize];
+            above -= 1;
         }
     }
 
-    /// Returns the octants of a page that can have finer pages: finer samples would tell more about a cell.
-    pub(super) fn open_octants(&self, slot: u32) -> u8 {
-        let mask = self.open[slot as usize];
-        (0..8).fold(0, |all, octant| {
-            all | u8::from(mask & octant_cells(octant) != 0) << octant
-        })
+    /// Returns the level of a cell.
+    pub(super) fn level_of(&self, cell: u32) -> u32 {
+        self.pages[cell as usize / 8].level
     }
 
-    /// Returns the block of a page's octant.
-    pub(super) fn child_block(&self, slot: u32, octant: u32) -> IVec3 {
-        2 * self.pages[slot as usize].block() + octant_place(octant)
+    /// Returns the request that brings a cell of a level closer, given what [`Levels::find`] returned for it.
+    #[inline]
+    pub(super) fn request_for(
+        &self,
+        (level, place): (u32, IVec3),
+        found: u32,
+        distance: f32,
+    ) -> Option<PageRequest> {
+        let word = self.store.words[found as usize];
+        let own = self.level_of(found);
+        let gap = (own - level) as f32 + 1.0;
+        if word == MISSING_BRICK {
+            return Some(PageRequest::of_cell(found, gap, distance));
+        }
+        let is_open = is_brick(word) && self.children[found as usize] == NO_PAGE;
+        if own == level || !is_open {
+            return None;
+        }
+        let inner = octant_of((place >> (own - 1 - level)) & 1);
+        Some(PageRequest::of_child(found, inner, gap, distance))
     }
 
-    /// Returns the number of pages that frames asked for since the last [`Levels::fill`].
-    pub fn request_count(&self) -> usize {
-        self.requests.len()
-    }
-
-    /// Begins a frame: pages that it uses are not evicted before the next [`Levels::fill`].
+    /// Begins a frame: what it uses is not evicted before the next [`Levels::fill`].
     pub fn begin_frame(&self) {
         self.frame.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Notes the pages that a part of a frame used, and what it asked for. Pages above them are used as well.
+    /// Returns the number of bricks that frames asked for since the last [`Levels::fill`].
+    pub fn request_count(&self) -> usize {
+        self.requests.len()
+    }
+
+    /// Notes the cells that a part of a frame used, and what it asked for.
     pub fn note(&self, used: &[u32], asked: &[PageRequest]) {
         let frame = self.frame.load(Ordering::Relaxed);
-        for &slot in used {
-            let mut at = slot;
-            while at != NO_PAGE {
-                let stamp = &self.used[at as usize];
-                if stamp.load(Ordering::Relaxed) == frame {
-                    break;
-                }
-                stamp.store(frame, Ordering::Relaxed);
-                at = self.pages[at as usize].parent;
-            }
+        for &cell in used {
+            self.used[cell as usize].store(frame, Ordering::Relaxed);
         }
         self.requests.add(asked);
     }
 
-    /// Requests the page of a level that contains a point, and those above it that are missing. Returns whether
-    /// one is missing.
-    pub fn request_all(&self, level: u32, point: Vec3) -> bool {
-        let Some(slot) = self.find(level, self.block_of(level, point)) else {
+    /// Requests the next brick on the way to a level's brick at a point. Returns whether one is missing.
+    pub fn request(&self, level: u32, point: Vec3) -> bool {
+        let place = self.layout.level(level).cell_of(point);
+        let Some(found) = self.find(level, place) else {
             return false;
         };
-        let page = self.pages[slot as usize];
-        if page.level <= level {
-            return false;
-        }
-        let inner = self.block_of(page.level - 1, point) & 1;
-        let octant = (inner.x + 2 * inner.y + 4 * inner.z) as u32;
-        let is_missing = self.open_octants(slot) >> octant & 1 != 0;
-        if is_missing {
-            let gap = (page.level - level) as f32;
-            self.note(&[slot], &[PageRequest::new(slot, octant, gap, 0.0)]);
-        }
-        is_missing
+        let asked = self.request_for((level, place), found, 0.0);
+        self.note(&[found], asked.as_slice());
+        asked.is_some()
     }
 
-    /// Returns the block of a level that contains a point.
-    pub fn block_of(&self, level: u32, point: Vec3) -> IVec3 {
-        self.layout.level(level).cell_of(point) >> 2
+    /// Returns the nearest cell with a resident brick among a cell and those that contain it. Those of the coarsest
+    /// level are always resident.
+    #[inline(always)]
+    pub(super) fn resident_above(&self, mut cell: u32) -> u32 {
+        while self.store.words[cell as usize] == MISSING_BRICK {
+            let parent = self.pages[cell as usize / 8].parent;
+            if parent == NO_PAGE {
+                break;
+            }
+            cell = parent;
+        }
+        cell
     }
 
-    /// Returns the stored distance at a point: interpolated in a brick of the finest resident page, and a lower bound
-    /// with the right sign elsewhere.
+    /// Returns the stored distance at a point: interpolated in the finest resident brick, and a lower bound with the
+    /// right sign elsewhere.
     pub fn distance(&self, point: Vec3) -> f32 {
         self.lookup(point).0
     }
 
     /// Returns the distance at a point, and whether it comes from a brick.
     pub(super) fn lookup(&self, point: Vec3) -> (f32, bool) {
-        let layout = self.layout.level(0);
-        let end = layout.voxel_grid.aabb();
+        let finest = self.layout.level(0);
+        let end = finest.voxel_grid.aabb();
         let held = point.clamp(end.min, end.max);
-        let Some(slot) = self.find(0, self.block_of(0, held)) else {
+        let inside = finest
+            .cell_of(held)
+            .clamp(finest.first_cell(), finest.end_cell() - 1);
+        let Some(found) = self.find(0, inside) else {
             return (argil_field::FAR, false);
         };
-        let page = &self.pages[slot as usize];
+        let found = self.resident_above(found);
+        let page = &self.pages[found as usize / 8];
         let layout = self.layout.level(page.level);
-        let first = page.block() * 4;
-        let cell = layout.cell_of(held).clamp(first, first + 3);
-        let inner = cell - first;
-        let word = self.store.words
-            [slot as usize * CELLS_PER_BATCH + (inner.x + 4 * inner.y + 16 * inner.z) as usize];
+        let cell = 2 * page.place() + octant_place(found % 8);
         let voxel = layout.voxel_grid.voxel_size;
         let u = (held - layout.cell_box(cell).min) / voxel;
-        match BrickCell::of(word) {
+        match BrickCell::of(self.store.words[found as usize]) {
             BrickCell::Brick(brick) => {
                 let quantum = layout.encoding.band_width(&layout.voxel_grid, 0)
                     / layout.encoding.format.max_code() as f32;
@@ -339,23 +351,20 @@ impl Levels {
         }
     }
 
-    /// Iterates over the slots of all resident pages.
-    pub fn resident(&self) -> impl Iterator<Item = u32> + '_ {
-        let mut open: Vec<u32> = self
-            .roots
-            .iter()
-            .copied()
-            .filter(|&s| s != NO_PAGE)
-            .collect();
+    /// Iterates over the slots of all pages, coarser ones first.
+    pub(super) fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        let roots = self.roots.iter().copied().filter(|&s| s != NO_PAGE);
+        let mut open: std::collections::VecDeque<u32> = roots.collect();
         std::iter::from_fn(move || {
-            let slot = open.pop()?;
-            let children = self.pages[slot as usize].children;
-            open.extend(children.into_iter().filter(|&child| child != NO_PAGE));
+            let slot = open.pop_front()?;
+            let cells = 8 * slot as usize..8 * slot as usize + 8;
+            let children = self.children[cells].iter().copied();
+            open.extend(children.filter(|&child| is_page(child)));
             Some(slot)
         })
     }
 
-    /// Iterates over the blocks of the coarsest level.
+    /// Iterates over the places of the coarsest level's pages.
     pub(super) fn root_places(&self) -> impl Iterator<Item = IVec3> + use<> {
         places(self.root_low, self.root_low + self.root_size - 1)
     }

@@ -35,7 +35,7 @@ impl VolumeKind for Levels {
 
     fn info(&self) -> VolumeInfo {
         VolumeInfo {
-            levels: self.layout.len(),
+            levels: self.layout.count(),
             bricks: Some(BrickInfo {
                 layout: self.layout.level(0),
                 bricks: self.brick_count(),

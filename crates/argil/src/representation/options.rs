@@ -102,12 +102,9 @@ impl BuildTimings {
 
 /// What a world stores.
 #[derive(Debug)]
-#[cfg_attr(
-    not(feature = "gpu"),
-    allow(
-        clippy::large_enum_variant,
-        reason = "with a GPU, its volume is as large"
-    )
+#[expect(
+    clippy::large_enum_variant,
+    reason = "worlds are few, and hold megabytes elsewhere"
 )]
 pub(crate) enum Storage {
     Field,

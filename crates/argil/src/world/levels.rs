@@ -20,7 +20,7 @@ impl World {
         }
     }
 
-    /// Bakes pages of levels of detail that images asked for since the last call, the most urgent first, until
+    /// Bakes bricks of levels of detail that images asked for since the last call, the most urgent first, until
     /// `max_ms` milliseconds have passed. Call it after each frame. Returns `None` for another representation.
     ///
     /// ```
@@ -31,7 +31,7 @@ impl World {
     /// let settings = world.render_settings([64, 64], RenderMode::Normal);
     /// world.render(&world.camera(), &settings)?;
     /// let filled = world.fill_pages(5.0).expect("levels");
-    /// assert!(filled.pages > 0);
+    /// assert!(filled.bricks > 0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn fill_pages(&mut self, max_ms: f64) -> Option<FillStats> {
@@ -71,7 +71,7 @@ impl World {
                 break;
             };
             done += own;
-            if own.pages == 0 || own.is_full {
+            if own.bricks == 0 || own.is_full {
                 break;
             }
         }

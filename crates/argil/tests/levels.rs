@@ -1,0 +1,175 @@
+//! Levels of detail, against bricks, the field, and fresh bakes.
+
+use argil::prelude::*;
+use argil::scene::Edit;
+use argil::volume::Volume;
+use argil::{LevelsOptions, World};
+
+fn scene() -> Result<Scene, Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::cuboid([2.0, 0.1, 2.0])).at([0.0, -0.1, 0.0]))?;
+    for i in 0..40u16 {
+        let along = |k: u16| f32::from(i * k % 41) / 41.0 * 3.6 - 1.8;
+        let shape = match i % 3 {
+            0 => Shape::sphere(0.12),
+            1 => Shape::cuboid([0.1, 0.15, 0.05]),
+            _ => Shape::torus(0.1, 0.03),
+        };
+        scene.push(
+            Brush::new(shape)
+                .smooth(0.02)
+                .at([along(7), 0.08, along(13)]),
+        )?;
+    }
+    Ok(scene)
+}
+
+fn levels_of(scene: &Scene, options: LevelsOptions) -> Result<World, Box<dyn std::error::Error>> {
+    let world = Engine::cpu().build(scene)?;
+    Ok(world.with_representation(options)?)
+}
+
+fn differing(world: &World) -> u64 {
+    let levels = world.levels().expect("levels");
+    levels.differing_cells(world.program())
+}
+
+/// At rest, an image no longer changes, lacks nothing, and hits what bricks of the same voxels hit.
+#[test]
+fn a_view_at_rest_lacks_nothing() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = scene()?;
+    let mut world = levels_of(&scene, LevelsOptions::from(1024))?;
+    let camera = world.camera();
+    let settings = world.render_settings([160, 90], RenderMode::Normal);
+    let first = world.render(&camera, &settings)?;
+    let filled = world.refine(&camera, &settings)?;
+    assert!(filled.bricks > 0 && filled.remaining == 0 && !filled.is_full);
+    let a = world.render(&camera, &settings)?;
+    let b = world.render(&camera, &settings)?;
+    let at = world.ray_distances(&camera, &settings)?;
+    assert!(a.rgb == b.rgb && a.rgb != first.rgb);
+    assert_eq!(world.levels().map(|levels| levels.request_count()), Some(0));
+    let exact = Engine::cpu().build(&scene)?.field();
+    let truth = exact.ray_distances(&camera, &settings)?;
+    let off = at.iter().zip(&truth).filter(|(a, b)| {
+        a.is_finite() != b.is_finite() || (a.is_finite() && (*a - *b).abs() > 0.02)
+    });
+    let off = off.count();
+    assert!(off < at.len() / 100, "{off} of {}", at.len());
+    Ok(())
+}
+
+/// Before anything is filled, rays end before the surface, never behind it.
+#[test]
+fn no_ray_passes_through_a_surface_that_is_not_resident() -> Result<(), Box<dyn std::error::Error>>
+{
+    let mut scene = Scene::new();
+    // Much thinner than a voxel of the coarsest level.
+    scene.push(Brush::new(Shape::cuboid([1.0, 0.002, 1.0])))?;
+    scene.push(Brush::new(Shape::sphere(0.01)).at([0.0, -0.9, 0.0]))?;
+    let world = levels_of(&scene, LevelsOptions::from(8192))?;
+    let camera = Camera {
+        eye: [0.1, 2.0, 0.2].into(),
+        target: [0.1, 0.0, 0.2].into(),
+        field_of_view_degrees: 30.0,
+    };
+    let settings = world.render_settings([64, 64], RenderMode::Normal);
+    let at = world.ray_distances(&camera, &settings)?;
+    let exact = Engine::cpu().build(&scene)?.field();
+    let truth = exact.ray_distances(&camera, &settings)?;
+    for (coarse, truth) in at.iter().zip(&truth) {
+        assert!(*coarse <= truth + 1e-3, "{coarse} {truth}");
+    }
+    Ok(())
+}
+
+/// After edits, moves and evictions, what is resident is what a fresh bake has, to the bit.
+#[test]
+fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = scene()?;
+    let options = LevelsOptions {
+        memory_budget: 1 << 20,
+        ..LevelsOptions::from(2048)
+    };
+    let mut world = levels_of(&scene, options)?;
+    let settings = world.render_settings([96, 54], RenderMode::Normal);
+    let mut evicted = 0;
+    let mut nodes = Vec::new();
+    for step in 0..24u16 {
+        let along = |k: u16| f32::from(step * k % 23) / 23.0 * 3.0 - 1.5;
+        match step % 4 {
+            0 => {
+                let brush = Brush::new(Shape::sphere(0.2)).at([along(5), 0.0, along(3)]);
+                nodes.push(scene.push(brush.subtract().smooth(0.03))?.node);
+            }
+            1 => {
+                let ring = Brush::new(Shape::torus(0.2, 0.05));
+                nodes.push(scene.push(ring.at([along(7), 0.2, along(9)]))?.node);
+            }
+            2 => {
+                if let Some(node) = nodes.pop() {
+                    scene.apply(Edit::Remove { node })?;
+                }
+            }
+            _ => {}
+        }
+        world.apply(&scene)?;
+        let camera = world.camera().orbited(f32::from(step) * 15.0);
+        let near = Camera {
+            eye: camera.target + (camera.eye - camera.target) * 0.4,
+            ..camera
+        };
+        evicted += world.refine(&near, &settings)?.evicted;
+        assert_eq!(differing(&world), 0, "step {step}");
+        let levels = world.levels().expect("levels");
+        assert!(
+            levels.memory_bytes() <= 5 << 18,
+            "{}",
+            levels.memory_bytes()
+        );
+    }
+    assert!(evicted > 0);
+    Ok(())
+}
+
+/// Requests that cannot be met have clear errors.
+#[test]
+fn senseless_options_are_refused() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = scene()?;
+    let build = |options: LevelsOptions| {
+        let world = Engine::cpu().build(&scene).expect("a world");
+        let refused = world.with_representation(options);
+        refused.err().map(|error| error.to_string())
+    };
+    let usual = LevelsOptions::from(4096);
+    for (options, reason) in [
+        (
+            LevelsOptions {
+                pixel_error: f32::NAN,
+                ..usual
+            },
+            "0.125 to 1024 pixels",
+        ),
+        (
+            LevelsOptions {
+                memory_budget: 10_000,
+                ..usual
+            },
+            "the budget is",
+        ),
+        (LevelsOptions::from(0), "resolution 0"),
+        (LevelsOptions::from(u32::MAX), "resolution"),
+    ] {
+        let found = build(options).unwrap_or_default();
+        assert!(found.contains(reason), "{found}");
+    }
+    let world = levels_of(&scene, usual)?;
+    let folder = tempfile::tempdir()?;
+    let refused = world.save(folder.path().join("a.argil")).err();
+    assert!(refused.is_some_and(|error| error.to_string().contains("cannot be saved")));
+    assert!(matches!(
+        world.volume()?.as_deref(),
+        Some(Volume::Levels(_))
+    ));
+    Ok(())
+}
