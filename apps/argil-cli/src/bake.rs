@@ -24,6 +24,10 @@ pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
         "--via mesh: use `argil mesh` to make triangles, or bake dense, octree or bricks"
     );
     ensure!(
+        !matches!(via, Representation::Levels(_)),
+        "--via levels: use `argil render`, which bakes what its view needs, or bake dense, octree or bricks"
+    );
+    ensure!(
         !options.count_lost || matches!(via, Representation::Octree(_)),
         "--count-lost counts bricks: add --via octree"
     );

@@ -246,8 +246,8 @@ fn faults_of_the_request_have_their_codes_and_remedies() {
             "--normal-bias",
             "nan",
         ],
-        1,
-        "normal_bias",
+        2,
+        "--normal-bias",
     );
     fails(
         &[

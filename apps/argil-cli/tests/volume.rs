@@ -138,7 +138,7 @@ fn senseless_requests_name_a_remedy() {
     );
     bake(&["--via", "octree", "--mips"], 1, "--mips has no effect");
     bake(&["--via", "octree", "--brick", "7"], 2, "8, 16 or 32");
-    bake(&["--via", "levels"], 2, "levels");
+    bake(&["--via", "levels"], 1, "use `argil render`");
     bake(&["--via", "octree", "--depth", "2"], 1, "use 3 levels");
     bake(&["--via", "octree", "--depth", "40"], 1, "the limit is 8");
     bake(
