@@ -132,6 +132,33 @@ fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Erro
     Ok(())
 }
 
+/// A world can grow a little, and far beyond its coarsest level, and is right in both cases.
+#[test]
+fn a_world_grows_beyond_its_levels() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = scene()?;
+    let mut world = levels_of(&scene, LevelsOptions::from(64))?;
+    let count = |world: &World| world.levels().map(|levels| levels.layout().count());
+    assert_eq!(count(&world), Some(1));
+    scene.push(Brush::new(Shape::sphere(0.3)).at([4.0, 0.0, 0.0]))?;
+    assert!(!world.apply(&scene)?.rebuilt);
+    assert_eq!(differing(&world), 0);
+    scene.push(Brush::new(Shape::sphere(0.5)).at([0.0, 900.0, 0.0]))?;
+    assert!(world.apply(&scene)?.rebuilt);
+    assert!(count(&world) > Some(5));
+    assert_eq!(differing(&world), 0);
+    let settings = world.render_settings([32, 32], RenderMode::Normal);
+    let camera = Camera {
+        eye: [0.0, 900.0, 4.0].into(),
+        target: [0.0, 900.0, 0.0].into(),
+        field_of_view_degrees: 20.0,
+    };
+    world.refine(&camera, &settings)?;
+    let at = world.ray_distances(&camera, &settings)?;
+    let nearest = at.into_iter().fold(f32::INFINITY, f32::min);
+    assert!((nearest - 3.5).abs() < 0.1, "{nearest}");
+    Ok(())
+}
+
 /// Requests that cannot be met have clear errors.
 #[test]
 fn senseless_options_are_refused() -> Result<(), Box<dyn std::error::Error>> {

@@ -26,6 +26,8 @@ const LIST_BYTES: u64 = 16 << 20;
 /// What a fill did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FillStats {
+    /// Requests that were answered. A cell can turn out to have no surface, and then gets no brick.
+    pub answered: u64,
     /// Bricks that were sampled.
     pub bricks: u64,
     /// Bricks that were evicted.
@@ -38,6 +40,7 @@ pub struct FillStats {
 
 impl std::ops::AddAssign for FillStats {
     fn add_assign(&mut self, other: Self) {
+        self.answered += other.answered;
         self.bricks += other.bricks;
         self.evicted += other.evicted;
         self.remaining = other.remaining;
@@ -306,6 +309,7 @@ impl Levels {
             let count = chunk.min(rest.len()).min(room as usize);
             let (some, others) = rest.split_at(count);
             done.bricks += self.bake_requests::<T>(&context, some);
+            done.answered += some.len() as u64;
             rest = others;
             if !fits {
                 done.is_full = true;

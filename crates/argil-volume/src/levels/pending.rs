@@ -12,13 +12,19 @@ use std::any::Any;
 pub struct LevelsPendingEdits {
     pub(super) layout: LevelsLayout,
     boxes: Vec<Vec<Aabb>>,
+    /// Whether the world has grown so much that it needs coarser levels.
+    is_outgrown: bool,
 }
+
+/// Maximum pages along a side of the coarsest level. A world that grows beyond it is built again, with more levels.
+const MAX_ROOT_PAGES: i32 = 16;
 
 impl LevelsPendingEdits {
     pub(super) fn of(layout: LevelsLayout) -> Self {
         Self {
             layout,
             boxes: vec![Vec::new(); layout.count() as usize],
+            is_outgrown: false,
         }
     }
 
@@ -64,11 +70,20 @@ impl PendingEdits for LevelsPendingEdits {
         let edge = 1 << (super::page::PAGE_VOXELS_LOG2 + self.layout.root());
         let grown = grid.grown_to(solid, edge)?;
         let is_larger = grown != *grid;
-        self.layout = self.layout.with_grid(grown);
+        let layout = self.layout.with_grid(grown);
+        let [low, high] = layout.root_pages();
+        self.is_outgrown = (high - low).max_element() > MAX_ROOT_PAGES;
+        if self.is_outgrown {
+            return Ok(false);
+        }
+        self.layout = layout;
         Ok(is_larger)
     }
 
     fn merge(&mut self, live: &IncrementalProgram, _: &[[Aabb; 2]]) -> bool {
+        if self.is_outgrown {
+            return false;
+        }
         for level in 0..self.layout.count() {
             let layout = self.layout.level(level);
             let [_, far] = layout.margins(live.program());

@@ -283,7 +283,9 @@ impl Levels {
     /// Notes the cells that a part of a frame used, and what it asked for.
     pub fn note(&self, used: &[u32], asked: &[PageRequest]) {
         let frame = self.frame.load(Ordering::Relaxed);
-        for &cell in used {
+        // What is asked for must still have its page when it is baked.
+        let asking = asked.iter().map(|request| request.place().0);
+        for cell in used.iter().copied().chain(asking) {
             self.used[cell as usize].store(frame, Ordering::Relaxed);
         }
         self.requests.add(asked);

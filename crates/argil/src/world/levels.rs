@@ -71,7 +71,7 @@ impl World {
                 break;
             };
             done += own;
-            if own.bricks == 0 || own.is_full {
+            if own.answered == 0 || own.is_full {
                 break;
             }
         }
