@@ -104,7 +104,7 @@ fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Erro
             }
             1 => {
                 let ring = Brush::new(Shape::torus(0.2, 0.05));
-                nodes.push(scene.push(ring.at([along(7), 0.2, along(9)]))?.node);
+                nodes.push(scene.push(ring.at([along(7), 0.9, along(9)]))?.node);
             }
             2 => {
                 if let Some(node) = nodes.pop() {
@@ -113,7 +113,8 @@ fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Erro
             }
             _ => {}
         }
-        world.apply(&scene)?;
+        let applied = world.apply(&scene)?;
+        assert!(!applied.rebuilt, "step {step}: {:?}", applied.reason);
         let camera = world.camera().orbited(f32::from(step) * 15.0);
         let near = Camera {
             eye: camera.target + (camera.eye - camera.target) * 0.4,
@@ -129,6 +130,41 @@ fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Erro
         );
     }
     assert!(evicted > 0);
+    Ok(())
+}
+
+/// A floor is not refined, but a pebble on it is seen, however small it is in the voxels where the floor would do.
+#[test]
+fn a_pebble_on_a_plane_is_seen() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::cuboid([2.0, 0.1, 2.0])).at([0.0, -0.1, 0.0]))?;
+    let floor = scene.clone();
+    scene.push(Brush::new(Shape::sphere(0.003)).at([0.517, 0.0, 0.233]))?;
+    let camera = Camera {
+        eye: [0.517, 0.02, 0.26].into(),
+        target: [0.517, 0.0, 0.233].into(),
+        field_of_view_degrees: 40.0,
+    };
+    let mut bricks = [0; 2];
+    for (scene, bricks) in [&floor, &scene].into_iter().zip(&mut bricks) {
+        let mut world = levels_of(scene, LevelsOptions::from(16_384))?;
+        let settings = argil::render::RenderSettings {
+            epsilon: Some(1e-6),
+            ..world.render_settings([128, 96], RenderMode::Normal)
+        };
+        *bricks = world.refine(&camera, &settings)?.bricks;
+        let at = world.ray_distances(&camera, &settings)?;
+        let exact = Engine::cpu().build(scene)?.field();
+        let truth = exact.ray_distances(&camera, &settings)?;
+        let off = at
+            .iter()
+            .zip(&truth)
+            .filter(|(a, b)| (*a - *b).abs() > 0.000_5);
+        let off = off.count();
+        assert!(off < at.len() / 200, "{off} of {}", at.len());
+    }
+    // The floor alone needs next to nothing.
+    assert!(20 * bricks[0] < bricks[1], "{bricks:?}");
     Ok(())
 }
 
