@@ -17,19 +17,20 @@ mod rays;
 pub(crate) mod step;
 pub(crate) mod voxel_intersect;
 
+use crate::brick_march::{MarchedBricks, NearRays, finish, march};
 use crate::probe::FieldProbe;
 use crate::ray_batch::{Points, RayBatch, RaySetup};
 use crate::source::{DistanceSource, RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
-use crate::trace::{central_difference_points, intersect_ground, set_indices, set_normals};
-use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
+use argil_abi::{FrameUniform, GpuMaterial, Hit};
 use argil_field::LANES;
 use argil_volume::Bricks;
 use cones::CONE_SIDE;
 pub(crate) use cones::{ConeDistances, Cones};
 use glam::Vec3;
 use rays::BrickRays;
+use std::ops::Range;
 use step::{StepOutcome, step_i8, step_i16};
 use voxel_intersect::{NearLanes, solve_i8, solve_i16};
 
@@ -88,14 +89,6 @@ struct BrickScratch {
     near: NearRays,
 }
 
-/// Rays near the surface, in batches of their own.
-#[derive(Default)]
-struct NearRays {
-    /// Their indices in the batch.
-    rays: Vec<u32>,
-    lanes: Box<NearLanes>,
-}
-
 /// Traces the primary ray of each pixel of a tile into `out`, row by row.
 fn trace_bricks(
     frame: &FrameUniform,
@@ -119,50 +112,37 @@ fn trace_bricks(
     cones.march(frame, tile, starts, &mut &*bricks, out);
     start(tile, starts, cones, wave);
 
-    let mut steps = 0;
-    while wave.len() > 0 {
-        steps += 1;
-        near.rays.clear();
-        for first in (0..wave.len()).step_by(LANES) {
-            let range = first..(first + LANES).min(wave.len());
-            let mut found = StepOutcome {
-                near: [0; LANES],
-                reached: [0; LANES],
-                ended: [0; LANES],
-            };
-            match bricks {
-                BrickRays::Eight(s, _) => step_i8(frame, s, steps, wave, range, &mut found),
-                BrickRays::Sixteen(s, _) => step_i16(frame, s, steps, wave, range, &mut found),
-            }
-            for i in set_indices(&found.ended) {
-                let ray = first + i;
-                if found.near[i] != 0 {
-                    near.rays.push(ray as u32);
-                    continue;
-                }
-                let hit = end(wave, ray, out);
-                if found.reached[i] != 0 {
-                    hit.kind = kind_of(wave.side[ray]);
-                    hit.id = 1 + wave.level[ray];
-                    // Where the box clips a solid, or there is no brick: toward the viewer.
-                    let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
-                    hit.normal_t = [x, y, z, wave.t[ray]];
-                }
-                wave.retire(ray);
-            }
+    march(frame, &mut &*bricks, near, wave, out);
+    finish(frame, tile, probe, (hits, points), out);
+}
+
+impl MarchedBricks for &BrickRays<'_> {
+    fn step(
+        &mut self,
+        frame: &FrameUniform,
+        steps: u32,
+        wave: &mut RayBatch,
+        range: Range<usize>,
+        found: &mut StepOutcome,
+    ) {
+        match self {
+            BrickRays::Eight(s, _) => step_i8(frame, s, steps, wave, range, found),
+            BrickRays::Sixteen(s, _) => step_i16(frame, s, steps, wave, range, found),
         }
-        intersect_near_rays(frame, bricks, steps, near, wave, out);
-        wave.compact();
     }
-    if frame.normals == abi::NORMALS_FIELD {
-        hits.clear();
-        let is_hit = |&i: &u32| out[i as usize].kind != abi::HIT_NONE;
-        hits.extend((0..tile.area() as u32).filter(is_hit));
-        central_difference_points(frame, tile, hits, points, out);
-        probe.measure(points);
-        set_normals(frame, tile, hits, points, out);
+
+    fn intersect(
+        &mut self,
+        frame: &FrameUniform,
+        _: &RayBatch,
+        rays: &[u32],
+        lanes: &mut NearLanes,
+    ) {
+        match self {
+            BrickRays::Eight(s, _) => solve_i8(frame, s, rays.len(), lanes),
+            BrickRays::Sixteen(s, _) => solve_i16(frame, s, rays.len(), lanes),
+        }
     }
-    intersect_ground(frame, tile, out);
 }
 
 /// Loads the rays whose cones did not prove that they miss.
@@ -186,64 +166,6 @@ pub(crate) fn start(tile: Tile, starts: &RaySetup, cones: &Cones, wave: &mut Ray
                         *side = if near > 0.0 { 2.0 } else { 0.0 };
                     }
                 }
-            }
-        }
-    }
-}
-
-pub(crate) fn kind_of(side: f32) -> u32 {
-    if side < 0.0 {
-        abi::HIT_INSIDE
-    } else {
-        abi::HIT_OUTSIDE
-    }
-}
-
-/// Writes what a ray looked up.
-pub(crate) fn end<'a>(wave: &RayBatch, ray: usize, out: &'a mut [Hit]) -> &'a mut Hit {
-    let hit = &mut out[wave.pixel[ray] as usize];
-    hit.steps += wave.samples[ray] + wave.cells[ray];
-    hit.cells += wave.cells[ray];
-    hit
-}
-
-/// Solves the cubics of the rays near the surface. Rays that hit end, and the others continue behind their voxel.
-fn intersect_near_rays(
-    frame: &FrameUniform,
-    bricks: &BrickRays<'_>,
-    steps: u32,
-    near: &mut NearRays,
-    wave: &mut RayBatch,
-    out: &mut [Hit],
-) {
-    let lanes = &mut near.lanes;
-    for rays in near.rays.chunks(LANES) {
-        for (i, &ray) in rays.iter().enumerate() {
-            let ray = ray as usize;
-            for axis in 0..3 {
-                lanes.direction[axis][i] = wave.direction[axis][ray];
-            }
-            lanes.t[i] = wave.t[ray];
-            lanes.side[i] = wave.side[ray];
-        }
-        match bricks {
-            BrickRays::Eight(sampler, _) => solve_i8(frame, sampler, rays.len(), lanes),
-            BrickRays::Sixteen(sampler, _) => solve_i16(frame, sampler, rays.len(), lanes),
-        }
-        for (i, &ray) in rays.iter().enumerate() {
-            let ray = ray as usize;
-            wave.t[ray] = lanes.t[i];
-            wave.samples[ray] += 1;
-            if lanes.hit[i] != 0 {
-                let hit = end(wave, ray, out);
-                hit.kind = kind_of(wave.side[ray]);
-                hit.id = 1 + wave.level[ray];
-                let [x, y, z] = [0, 1, 2].map(|axis: usize| lanes.normal[axis][i]);
-                hit.normal_t = [x, y, z, lanes.t[i]];
-                wave.retire(ray);
-            } else if lanes.t[i] > wave.end[ray] || steps >= frame.max_steps {
-                end(wave, ray, out);
-                wave.retire(ray);
             }
         }
     }

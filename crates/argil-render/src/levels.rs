@@ -12,19 +12,19 @@
 mod rays;
 mod step;
 
+use crate::brick_march::{MarchedBricks, NearRays, finish, march};
 use crate::bricks::step::StepOutcome;
-use crate::bricks::{Cones, end, kind_of, start};
+use crate::bricks::voxel_intersect::NearLanes;
+use crate::bricks::{Cones, start};
 use crate::probe::FieldProbe;
 use crate::ray_batch::RayBatch;
 use crate::source::{RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
-use crate::trace::{central_difference_points, intersect_ground, set_indices, set_normals};
-use argil_abi::{self as abi, FrameUniform, Hit};
-use argil_field::LANES;
+use argil_abi::{FrameUniform, Hit};
 use argil_volume::{LevelLanes, Levels, NO_REQUEST, PageRequest};
 use rays::{LevelCones, LevelRays};
-use step::NearLevelLanes;
+use std::ops::Range;
 
 impl RenderSource for Levels {
     fn tracer<'a>(&'a self, frame: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
@@ -51,8 +51,8 @@ impl RayTracer for LevelRays<'_> {
 struct LevelScratch {
     cones: Cones,
     lanes: Box<LevelLanes>,
-    near: Box<NearLevelLanes>,
-    near_rays: Vec<u32>,
+    near: NearRays,
+    pixels: Vec<u32>,
     notes: PageNotes,
 }
 
@@ -103,7 +103,7 @@ fn trace_levels(
         cones,
         lanes,
         near,
-        near_rays,
+        pixels,
         notes,
     } = own.of();
     notes.used.clear();
@@ -115,95 +115,51 @@ fn trace_levels(
     start(tile, starts, cones, wave);
     wave.page.fill(rays.any_page());
 
-    let mut steps = 0;
-    while wave.len() > 0 {
-        steps += 1;
-        near_rays.clear();
-        for first in (0..wave.len()).step_by(LANES) {
-            let range = first..(first + LANES).min(wave.len());
-            let mut found = StepOutcome {
-                near: [0; LANES],
-                reached: [0; LANES],
-                ended: [0; LANES],
-            };
-            rays.step(frame, steps, wave, range, (lanes, notes), &mut found);
-            for i in set_indices(&found.ended) {
-                let ray = first + i;
-                if found.near[i] != 0 {
-                    near_rays.push(ray as u32);
-                    continue;
-                }
-                let hit = end(wave, ray, out);
-                if found.reached[i] != 0 {
-                    hit.kind = kind_of(wave.side[ray]);
-                    hit.id = 1 + wave.level[ray];
-                    // Where the box clips a solid, or there is no brick: toward the viewer.
-                    let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
-                    hit.normal_t = [x, y, z, wave.t[ray]];
-                }
-                wave.retire(ray);
-            }
-        }
-        solve_near(
-            frame,
-            rays,
-            steps,
-            near_rays,
-            (near, lanes, notes),
-            wave,
-            out,
-        );
-        wave.compact();
-    }
+    let mut marched = MarchedLevels {
+        rays,
+        lanes,
+        pixels,
+        notes,
+    };
+    march(frame, &mut marched, near, wave, out);
     rays.note(notes);
-    if frame.normals == abi::NORMALS_FIELD {
-        hits.clear();
-        let is_hit = |&i: &u32| out[i as usize].kind != abi::HIT_NONE;
-        hits.extend((0..tile.area() as u32).filter(is_hit));
-        central_difference_points(frame, tile, hits, points, out);
-        probe.measure(points);
-        set_normals(frame, tile, hits, points, out);
-    }
-    intersect_ground(frame, tile, out);
+    finish(frame, tile, probe, (hits, points), out);
 }
 
-/// Solves the cubics of the rays near the surface. Rays that hit end, and the others continue behind their voxel.
-fn solve_near(
-    frame: &FrameUniform,
-    rays: &LevelRays<'_>,
-    steps: u32,
-    near_rays: &[u32],
-    (near, lanes, notes): (&mut NearLevelLanes, &mut LevelLanes, &mut PageNotes),
-    wave: &mut RayBatch,
-    out: &mut [Hit],
-) {
-    for some in near_rays.chunks(LANES) {
-        for (i, &ray) in some.iter().enumerate() {
-            let ray = ray as usize;
-            for axis in 0..3 {
-                near.rays.direction[axis][i] = wave.direction[axis][ray];
-            }
-            near.rays.t[i] = wave.t[ray];
-            near.rays.side[i] = wave.side[ray];
-            near.pixel[i] = wave.pixel[ray];
-            lanes.page[i] = wave.page[ray];
+/// Levels, with the buffers of a tile.
+struct MarchedLevels<'a, 'b> {
+    rays: &'a LevelRays<'b>,
+    lanes: &'a mut LevelLanes,
+    pixels: &'a mut Vec<u32>,
+    notes: &'a mut PageNotes,
+}
+
+impl MarchedBricks for MarchedLevels<'_, '_> {
+    fn step(
+        &mut self,
+        frame: &FrameUniform,
+        steps: u32,
+        wave: &mut RayBatch,
+        range: Range<usize>,
+        found: &mut StepOutcome,
+    ) {
+        let notes = (&mut *self.lanes, &mut *self.notes);
+        self.rays.step(frame, steps, wave, range, notes, found);
+    }
+
+    fn intersect(
+        &mut self,
+        frame: &FrameUniform,
+        wave: &RayBatch,
+        rays: &[u32],
+        lanes: &mut NearLanes,
+    ) {
+        self.pixels.clear();
+        for (&ray, page) in rays.iter().zip(&mut self.lanes.page) {
+            self.pixels.push(wave.pixel[ray as usize]);
+            *page = wave.page[ray as usize];
         }
-        rays.solve(frame, some.len(), near, (lanes, notes));
-        for (i, &ray) in some.iter().enumerate() {
-            let ray = ray as usize;
-            wave.t[ray] = near.rays.t[i];
-            wave.samples[ray] += 1;
-            if near.rays.hit[i] != 0 {
-                let hit = end(wave, ray, out);
-                hit.kind = kind_of(wave.side[ray]);
-                hit.id = 1 + wave.level[ray];
-                let [x, y, z] = [0, 1, 2].map(|axis: usize| near.rays.normal[axis][i]);
-                hit.normal_t = [x, y, z, near.rays.t[i]];
-                wave.retire(ray);
-            } else if near.rays.t[i] > wave.end[ray] || steps >= frame.max_steps {
-                end(wave, ray, out);
-                wave.retire(ray);
-            }
-        }
+        let notes = (&mut *self.lanes, &mut *self.notes);
+        self.rays.solve(frame, self.pixels, lanes, notes);
     }
 }

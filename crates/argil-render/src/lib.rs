@@ -1,5 +1,6 @@
 #![doc = include_str!("crate.md")]
 
+mod brick_march;
 mod bricks;
 mod camera;
 mod dense;

@@ -19,7 +19,7 @@ pub(crate) const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
 /// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
 pub(crate) const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
 /// Fraction of the largest over-relaxed step along a plane.
-pub(crate) const RELAXATION: f32 = argil_abi::RELAXATION;
+const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel advances by this many voxels, and by a fraction of its length, to be inside
 /// the next.
 pub(crate) const NUDGE_VOXELS: f32 = argil_abi::NUDGE_VOXELS;
@@ -161,6 +161,63 @@ fn leaves<T: Texel>(
     }
 }
 
+/// What a ray reads at its position.
+pub(crate) struct RayReading {
+    /// The distance to the surface, positive on the ray's side.
+    pub gap: f32,
+    /// Below this distance, the ray looks for the surface in its voxel.
+    pub close: f32,
+    pub in_brick: bool,
+    /// How far it may advance outside a brick.
+    pub empty_way: f32,
+}
+
+/// What a step of a ray changes: its length, and what it remembers of the last step.
+pub(crate) struct RayMotion<'a> {
+    pub t: &'a mut f32,
+    pub over: &'a mut f32,
+    pub last_gap: &'a mut f32,
+    pub last_way: &'a mut f32,
+}
+
+impl RayMotion<'_> {
+    /// Advances a ray that ends at length `end`. Returns whether it is near the surface in a brick, and whether it
+    /// reached the solid outside of one. `scale` is the reciprocal of the Lipschitz constant.
+    #[inline(always)]
+    pub(crate) fn advance(self, read: &RayReading, scale: f32, end: f32) -> (bool, bool) {
+        let (g, in_brick) = (read.gap, read.in_brick);
+        // The spheres no longer touch: return to the end of the last one.
+        let too_far = (*self.over > 0.0) & (g < *self.over);
+        let near = in_brick & (g < read.close) & !too_far;
+        let reached = !in_brick & (g < 0.0) & !too_far;
+        // Along a plane, spheres still touch with this additional distance between their centers.
+        let (before, fell) = (*self.last_way, high(*self.last_gap - g, 0.0));
+        let sum = before + fell;
+        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
+        let more = RELAXATION * g * share * scale;
+        let beyond = if in_brick & !too_far { more } else { 0.0 };
+        let moved = if in_brick {
+            g * scale + beyond
+        } else {
+            read.empty_way
+        };
+        let moved = if too_far { -*self.over } else { moved };
+        let stays = near | reached;
+        let over = if stays { 0.0 } else { beyond };
+        let tells = in_brick & !too_far & !stays;
+        let way = if tells { moved } else { 0.0 };
+        let t = *self.t + if stays { 0.0 } else { moved };
+        // Beyond the ray's end, it must not go farther than what is known to be free, or it would miss what is
+        // there.
+        let pull = low(high(t - end, 0.0), over);
+        *self.last_gap = g;
+        *self.t = t - pull;
+        *self.over = over - pull;
+        *self.last_way = high(way - pull, 0.0);
+        (near, reached)
+    }
+}
+
 /// Takes one step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
@@ -212,34 +269,19 @@ fn step<T: Texel>(
         let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i] + rounding[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
-        // The spheres no longer touch: return to the end of the last one.
-        let too_far = (over[i] > 0.0) & (g < over[i]);
-        let near = in_brick & (g < close) & !too_far;
-        let reached = !in_brick & (g < 0.0) & !too_far;
-        // Along a plane, spheres still touch with this additional distance between their centers.
-        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
-        let sum = before + fell;
-        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
-        let more = RELAXATION * g * share * scale;
-        let beyond = if in_brick & !too_far { more } else { 0.0 };
-        let moved = if in_brick {
-            g * scale + beyond
-        } else {
-            empty_way
+        let motion = RayMotion {
+            t: &mut t[i],
+            over: &mut over[i],
+            last_gap: &mut last_gap[i],
+            last_way: &mut last_way[i],
         };
-        let moved = if too_far { -over[i] } else { moved };
-        let stays = near | reached;
-        over[i] = if stays { 0.0 } else { beyond };
-        let tells = in_brick & !too_far & !stays;
-        last_gap[i] = g;
-        last_way[i] = if tells { moved } else { 0.0 };
-        t[i] += if stays { 0.0 } else { moved };
-        // Beyond the ray's end, it must not go farther than what is known to be free, or it would miss what is
-        // there.
-        let pull = low(high(t[i] - ends[i], 0.0), over[i]);
-        t[i] -= pull;
-        over[i] -= pull;
-        last_way[i] = high(last_way[i] - pull, 0.0);
+        let read = RayReading {
+            gap: g,
+            close,
+            in_brick,
+            empty_way,
+        };
+        let (near, reached) = motion.advance(&read, scale, ends[i]);
         let is_there = ends[i] != RETIRED;
         cells[i] += u32::from(last[i] != at.index[i]);
         last[i] = at.index[i];

@@ -1,11 +1,10 @@
 //! Levels of either sample format, ready to be marched.
 
 use super::PageNotes;
-use super::step::{
-    NearLevelLanes, clearances_i8, clearances_i16, solve_i8, solve_i16, step_i8, step_i16,
-};
+use super::step::{clearances_i8, clearances_i16, solve_i8, solve_i16, step_i8, step_i16};
 use crate::bricks::ConeDistances;
 use crate::bricks::step::StepOutcome;
+use crate::bricks::voxel_intersect::NearLanes;
 use crate::ray_batch::RayBatch;
 use argil_abi::FrameUniform;
 use argil_math::Aabb;
@@ -75,8 +74,8 @@ impl<'a> LevelRays<'a> {
     ) {
         let size = self.levels().pixel_error() * frame.pixel_width;
         match self {
-            Self::Eight(s) => step_i8(frame, s, (size, steps), wave, range, notes, found),
-            Self::Sixteen(s) => step_i16(frame, s, (size, steps), wave, range, notes, found),
+            Self::Eight(s) => step_i8(s, frame, (size, steps), wave, range, notes, found),
+            Self::Sixteen(s) => step_i16(s, frame, (size, steps), wave, range, notes, found),
         }
     }
 
@@ -84,14 +83,14 @@ impl<'a> LevelRays<'a> {
     pub(super) fn solve(
         &self,
         frame: &FrameUniform,
-        n: usize,
-        near: &mut NearLevelLanes,
+        pixels: &[u32],
+        lanes: &mut NearLanes,
         notes: (&mut LevelLanes, &mut PageNotes),
     ) {
         let size = self.levels().pixel_error() * frame.pixel_width;
         match self {
-            Self::Eight(s) => solve_i8(frame, s, (size, n), near, notes),
-            Self::Sixteen(s) => solve_i16(frame, s, (size, n), near, notes),
+            Self::Eight(s) => solve_i8(s, frame, (size, pixels), lanes, notes),
+            Self::Sixteen(s) => solve_i16(s, frame, (size, pixels), lanes, notes),
         }
     }
 }

@@ -7,7 +7,8 @@
 
 use super::PageNotes;
 use crate::bricks::step::{
-    NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RELAXATION, StepOutcome, begin, high, low, tiny,
+    NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RayMotion, RayReading, StepOutcome, begin, high,
+    low, tiny,
 };
 use crate::bricks::voxel_intersect::{NearLanes, VoxelMeasures, normals, roots};
 use crate::ray_batch::{RETIRED, RayBatch};
@@ -19,21 +20,6 @@ use std::ops::Range;
 
 /// The part of a level over which its border with the next one is dithered.
 const DITHER: f32 = 0.3;
-
-/// A batch of rays near the surface, and their pixels.
-pub(super) struct NearLevelLanes {
-    pub rays: NearLanes,
-    pub pixel: [u32; LANES],
-}
-
-impl Default for NearLevelLanes {
-    fn default() -> Self {
-        Self {
-            rays: NearLanes::default(),
-            pixel: [0; LANES],
-        }
-    }
-}
 
 /// Returns a factor around 1 that differs from pixel to pixel.
 #[inline(always)]
@@ -101,8 +87,8 @@ fn leaves(lanes: &LevelLanes, direction: [&[f32]; 3], n: usize, leave: &mut [f32
 /// Takes one step of a batch of rays.
 #[inline(always)]
 fn step<T: Texel>(
-    frame: &FrameUniform,
     sampler: &LevelSampler<'_, T>,
+    frame: &FrameUniform,
     (size, steps): (f32, u32),
     wave: &mut RayBatch,
     range: Range<usize>,
@@ -155,34 +141,19 @@ fn step<T: Texel>(
         let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i];
         let empty_way = high(g * scale, leave[i] + nudge);
         let close = NEAR_VOXELS * voxel;
-        // The spheres no longer touch: return to the end of the last one.
-        let too_far = (over[i] > 0.0) & (g < over[i]);
-        let near = in_brick & (g < close) & !too_far;
-        let reached = !in_brick & (g < 0.0) & !too_far;
-        // Along a plane, spheres still touch with this additional distance between their centers.
-        let (before, fell) = (last_way[i], high(last_gap[i] - g, 0.0));
-        let sum = before + fell;
-        let share = high((before - fell) / (if sum > 0.0 { sum } else { 1.0 }), 0.0);
-        let more = RELAXATION * g * share * scale;
-        let beyond = if in_brick & !too_far { more } else { 0.0 };
-        let moved = if in_brick {
-            g * scale + beyond
-        } else {
-            empty_way
+        let motion = RayMotion {
+            t: &mut t[i],
+            over: &mut over[i],
+            last_gap: &mut last_gap[i],
+            last_way: &mut last_way[i],
         };
-        let moved = if too_far { -over[i] } else { moved };
-        let stays = near | reached;
-        over[i] = if stays { 0.0 } else { beyond };
-        let tells = in_brick & !too_far & !stays;
-        last_gap[i] = g;
-        last_way[i] = if tells { moved } else { 0.0 };
-        t[i] += if stays { 0.0 } else { moved };
-        // Beyond the ray's end, it must not go farther than what is known to be free, or it would miss what is
-        // there.
-        let pull = low(high(t[i] - ends[i], 0.0), over[i]);
-        t[i] -= pull;
-        over[i] -= pull;
-        last_way[i] = high(last_way[i] - pull, 0.0);
+        let read = RayReading {
+            gap: g,
+            close,
+            in_brick,
+            empty_way,
+        };
+        let (near, reached) = motion.advance(&read, scale, ends[i]);
         let is_there = ends[i] != RETIRED;
         cells[i] += u32::from(last[i] != lanes.at.index[i]);
         last[i] = lanes.at.index[i];
@@ -196,16 +167,16 @@ fn step<T: Texel>(
 /// Solves a batch's cubics for their first roots, and computes the normals there.
 #[inline(always)]
 fn solve<T: Texel>(
-    frame: &FrameUniform,
     sampler: &LevelSampler<'_, T>,
-    (size, n): (f32, usize),
-    near: &mut NearLevelLanes,
+    frame: &FrameUniform,
+    (size, pixels): (f32, &[u32]),
+    rays: &mut NearLanes,
     (lanes, notes): (&mut LevelLanes, &mut PageNotes),
 ) {
-    let NearLevelLanes { rays, pixel } = near;
+    let n = pixels.len();
     let [dx, dy, dz] = &rays.direction;
     let direction = [&dx[..n], &dy[..n], &dz[..n]];
-    locate(sampler, size, (direction, &rays.t[..n], &pixel[..n]), lanes);
+    locate(sampler, size, (direction, &rays.t[..n], pixels), lanes);
     let mut corners = VoxelSamples::default();
     sampler.voxel_samples(&lanes.at, n, &mut corners);
     let mut measures = VoxelMeasures {
@@ -280,76 +251,43 @@ fn clearances<T: Texel>(
     }
 }
 
-// `multiversion` does not accept generic functions, so each sample type has a wrapper.
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn step_i8(
-    frame: &FrameUniform,
-    sampler: &LevelSampler<'_, i8>,
-    sizes: (f32, u32),
-    wave: &mut RayBatch,
-    range: Range<usize>,
-    notes: (&mut LevelLanes, &mut PageNotes),
-    found: &mut StepOutcome,
-) {
-    step(frame, sampler, sizes, wave, range, notes, found);
+/// Generates a function for each sample type, because `multiversion` does not accept generic functions.
+macro_rules! of_both_formats {
+    ($($name:ident: $eight:ident, $sixteen:ident($($argument:ident: $type:ty),* $(,)?);)*) => {$(
+        of_both_formats!(@one $name, $eight, i8, ($($argument: $type),*));
+        of_both_formats!(@one $name, $sixteen, i16, ($($argument: $type),*));
+    )*};
+    (@one $name:ident, $own:ident, $texel:ty, ($($argument:ident: $type:ty),*)) => {
+        #[multiversion(targets(
+            "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl",
+            "x86_64+avx2"
+        ))]
+        pub(super) fn $own(sampler: &LevelSampler<'_, $texel>, $($argument: $type),*) {
+            $name(sampler, $($argument),*);
+        }
+    };
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn solve_i8(
-    frame: &FrameUniform,
-    sampler: &LevelSampler<'_, i8>,
-    sizes: (f32, usize),
-    near: &mut NearLevelLanes,
-    notes: (&mut LevelLanes, &mut PageNotes),
-) {
-    solve(frame, sampler, sizes, near, notes);
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn clearances_i8(
-    sampler: &LevelSampler<'_, i8>,
-    eye: ([f32; 3], f32),
-    points: [&[f32]; 3],
-    t: &[f32],
-    notes: (&mut LevelLanes, &mut PageNotes),
-    out: &mut [f32],
-) {
-    clearances(sampler, eye, points, t, notes, out);
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn step_i16(
-    frame: &FrameUniform,
-    sampler: &LevelSampler<'_, i16>,
-    sizes: (f32, u32),
-    wave: &mut RayBatch,
-    range: Range<usize>,
-    notes: (&mut LevelLanes, &mut PageNotes),
-    found: &mut StepOutcome,
-) {
-    step(frame, sampler, sizes, wave, range, notes, found);
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn solve_i16(
-    frame: &FrameUniform,
-    sampler: &LevelSampler<'_, i16>,
-    sizes: (f32, usize),
-    near: &mut NearLevelLanes,
-    notes: (&mut LevelLanes, &mut PageNotes),
-) {
-    solve(frame, sampler, sizes, near, notes);
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn clearances_i16(
-    sampler: &LevelSampler<'_, i16>,
-    eye: ([f32; 3], f32),
-    points: [&[f32]; 3],
-    t: &[f32],
-    notes: (&mut LevelLanes, &mut PageNotes),
-    out: &mut [f32],
-) {
-    clearances(sampler, eye, points, t, notes, out);
+of_both_formats! {
+    step: step_i8, step_i16(
+        frame: &FrameUniform,
+        sizes: (f32, u32),
+        wave: &mut RayBatch,
+        range: Range<usize>,
+        notes: (&mut LevelLanes, &mut PageNotes),
+        found: &mut StepOutcome,
+    );
+    solve: solve_i8, solve_i16(
+        frame: &FrameUniform,
+        sizes: (f32, &[u32]),
+        rays: &mut NearLanes,
+        notes: (&mut LevelLanes, &mut PageNotes),
+    );
+    clearances: clearances_i8, clearances_i16(
+        eye: ([f32; 3], f32),
+        points: [&[f32]; 3],
+        t: &[f32],
+        notes: (&mut LevelLanes, &mut PageNotes),
+        out: &mut [f32],
+    );
 }
