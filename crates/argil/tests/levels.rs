@@ -133,6 +133,44 @@ fn what_is_resident_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Erro
     Ok(())
 }
 
+/// A view at rest is the same, to the bit, whether only what it asked for is resident or everything is.
+#[test]
+fn at_rest_it_is_as_if_everything_were_resident() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = scene()?;
+    let mut world = levels_of(&scene, LevelsOptions::from(256))?;
+    let mut whole = levels_of(&scene, LevelsOptions::from(256))?;
+    let camera = world.camera();
+    let settings = world.render_settings([160, 90], RenderMode::Normal);
+    world.refine(&camera, &settings)?;
+    loop {
+        let levels = whole.levels().expect("levels");
+        let finest = levels.layout().level(0);
+        let [low, high] = [finest.first_cell(), finest.end_cell()];
+        let mut is_missing = false;
+        for z in low.z..high.z {
+            for y in low.y..high.y {
+                for x in low.x..high.x {
+                    let cell = finest.cell_box([x, y, z].into());
+                    is_missing |= levels.request(0, cell.center());
+                }
+            }
+        }
+        if !is_missing {
+            break;
+        }
+        whole.fill_pages(f64::INFINITY);
+    }
+    let count = |world: &World| world.levels().map(|levels| levels.brick_count());
+    assert!(count(&whole) > count(&world));
+    let [a, b] = [&world, &whole].map(|world| world.ray_distances(&camera, &settings));
+    let (a, b) = (a?, b?);
+    let other = a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits());
+    assert_eq!(other.count(), 0);
+    let [a, b] = [&world, &whole].map(|world| world.render(&camera, &settings));
+    assert!(a?.rgb == b?.rgb);
+    Ok(())
+}
+
 /// A floor is not refined, but a pebble on it is seen, however small it is in the voxels where the floor would do.
 #[test]
 fn a_pebble_on_a_plane_is_seen() -> Result<(), Box<dyn std::error::Error>> {
