@@ -203,7 +203,9 @@ pub(crate) fn representation(
                 flags.brick.unwrap_or(options.settings.brick_size_voxels);
             Representation::Bricks(options)
         }
-        Representation::Levels(own) => {
+        Representation::Levels(_) => {
+            // The parser gives all representations one resolution, which is far too coarse for levels.
+            let own = LevelsOptions::default();
             let mut options = LevelsOptions {
                 resolution: flags.resolution.unwrap_or(own.resolution),
                 voxel_size: flags.voxel_size,

@@ -108,6 +108,35 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
     assert!(differ < 96 * 64 * 3 / 200, "{differ}");
 }
 
+/// Levels are as fine as the pixels, within the memory that they were given.
+#[test]
+fn levels_say_what_a_view_brought() {
+    let (folder, brick) = (folder(), scene("brick"));
+    let out = text(&folder.path().join("x.png"));
+    let size = ["--size", "160x90", "--show", "normal", "--device", "cpu"];
+    let levels = ["render", &brick, "-o", &out, "--via", "levels", "--json"];
+    let found = json(&argil(&[&levels[..], &size].concat()));
+    assert_eq!(found["finest_voxels"].as_array().map(Vec::len), Some(3));
+    let voxels = found["finest_voxels"].as_array().into_iter().flatten();
+    let longest = voxels.filter_map(serde_json::Value::as_u64).max();
+    assert!(
+        longest.is_some_and(|n| (16_000..=16_400).contains(&n)),
+        "{longest:?}"
+    );
+    assert_eq!(found["bricks_missing"], 0);
+    assert_eq!(found["is_full"], false);
+    assert!(found["levels_bytes"].as_u64() <= Some(160 << 20));
+    let orbit = [
+        &levels[..],
+        &size,
+        &["--frames", "3", "--memory-budget", "8"],
+    ]
+    .concat();
+    let found = json(&argil(&orbit));
+    assert!(found["levels_bytes"].as_u64() <= Some(8 << 20));
+    assert_eq!(found["frames"], 3);
+}
+
 /// A warning precedes slow work.
 #[test]
 fn scenes_that_take_long_say_why() {

@@ -28,7 +28,7 @@ impl World {
     /// let mut scene = Scene::new();
     /// scene.push(Shape::sphere(0.5))?;
     /// let mut world = Engine::cpu().build(&scene)?.with_representation(LevelsOptions::from(4096))?;
-    /// let settings = world.render_settings([64, 64], RenderMode::Normal);
+    /// let settings = world.render_settings([640, 360], RenderMode::Normal);
     /// world.render(&world.camera(), &settings)?;
     /// let filled = world.fill_pages(5.0).expect("levels");
     /// assert!(filled.bricks > 0);
