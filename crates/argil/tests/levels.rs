@@ -259,7 +259,7 @@ fn senseless_options_are_refused() -> Result<(), Box<dyn std::error::Error>> {
             "the budget is",
         ),
         (LevelsOptions::from(0), "resolution 0"),
-        (LevelsOptions::from(u32::MAX), "resolution"),
+        (LevelsOptions::from(u32::MAX), "8 to 4194304 voxels"),
     ] {
         let found = build(options).unwrap_or_default();
         assert!(found.contains(reason), "{found}");

@@ -19,11 +19,11 @@ pub(crate) fn voxel_grid_of(
     let bounds = clip_box(scene, solid);
     Ok(match voxel {
         Some(voxel) => VoxelGrid::with_voxel_size(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?,
-        None if (RESOLUTION_RANGE.end() + 1..=most).contains(&resolution) => {
+        None if most.min(resolution) > *RESOLUTION_RANGE.end() => {
             let widest = *RESOLUTION_RANGE.end();
             let coarse = VoxelGrid::fitting(solid, bounds, widest)?;
             let voxel = coarse.voxel_size * (widest as f32 / resolution as f32);
-            VoxelGrid::with_voxel_size(solid, bounds, voxel, MAX_SPARSE_RESOLUTION)?
+            VoxelGrid::with_voxel_size(solid, bounds, voxel, most)?
         }
         None => VoxelGrid::fitting(solid, bounds, resolution)?,
     })
