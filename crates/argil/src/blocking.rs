@@ -10,7 +10,7 @@ use crate::{EditBudget, EditReport};
 use argil_gpu::DeviceInfo;
 use argil_render::{Camera, RenderMode, RenderSettings};
 use argil_scene::Scene;
-use argil_volume::EditStats;
+use argil_volume::{EditStats, FillStats};
 use argil_volume::{Volume, VolumeFile, VolumeInfo};
 use pollster::block_on as wait;
 use std::borrow::Cow;
@@ -188,6 +188,19 @@ impl World {
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
         wait(self.render_async(camera, settings))
+    }
+
+    /// Renders and fills until a view lacks nothing of levels of detail, or memory is full. Does nothing for another
+    /// representation.
+    ///
+    /// # Errors
+    /// If a setting is out of range, or the work was canceled.
+    pub fn refine(
+        &mut self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<FillStats, RenderError> {
+        wait(self.refine_async(camera, settings))
     }
 
     /// Returns the length of each pixel's ray until it hits a solid, in the scene's unit, row by row from the top.

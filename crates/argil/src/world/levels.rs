@@ -8,7 +8,7 @@ use argil_render::{Camera, RenderMode, RenderSettings};
 use argil_volume::{FillStats, Levels, Volume};
 use web_time::{Duration, Instant};
 
-/// Maximum images of one [`World::refine`]. Each brings the next finer level.
+/// Maximum images of one refinement. Each brings the next finer level.
 const MAX_PASSES: u32 = 64;
 
 impl World {
@@ -46,12 +46,11 @@ impl World {
         Some(levels.fill(program, until))
     }
 
-    /// Renders and fills until a view lacks no page of levels of detail, or memory is full. Does nothing for another
-    /// representation.
+    /// Brings what a view lacks, as a future: see [`World::refine`].
     ///
     /// # Errors
     /// If a setting is out of range, or the work was canceled.
-    pub fn refine(
+    pub async fn refine_async(
         &mut self,
         camera: &Camera,
         settings: &RenderSettings,
@@ -66,7 +65,7 @@ impl World {
             ..*settings
         };
         for _ in 0..MAX_PASSES {
-            self.render(camera, &quick)?;
+            self.render_async(camera, &quick).await?;
             let Some(own) = self.fill_pages(f64::INFINITY) else {
                 break;
             };
