@@ -9,6 +9,7 @@
 //! change, a pixel's hash decides, so that the border is dithered over a part of a level. A tile notes the pages
 //! that it used, and those it lacked.
 
+mod notes;
 mod rays;
 mod step;
 
@@ -22,7 +23,8 @@ use crate::source::{RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use argil_abi::{FrameUniform, Hit};
-use argil_volume::{LevelLanes, Levels, NO_REQUEST, PageRequest};
+use argil_volume::{LevelLanes, Levels};
+use notes::PageNotes;
 use rays::{LevelCones, LevelRays};
 use std::ops::Range;
 
@@ -54,32 +56,6 @@ struct LevelScratch {
     near: NearRays,
     pixels: Vec<u32>,
     notes: PageNotes,
-}
-
-/// What a tile used and lacked.
-#[derive(Default)]
-pub(crate) struct PageNotes {
-    pub used: Vec<u32>,
-    pub asked: Vec<PageRequest>,
-}
-
-impl PageNotes {
-    /// Notes the cell of a lane, and what it lacks.
-    #[inline(always)]
-    fn note(&mut self, lanes: &LevelLanes, i: usize, distance: f32) {
-        let cell = lanes.at.index[i];
-        if self.used.last() != Some(&cell) {
-            self.used.push(cell);
-        }
-        let key = lanes.key[i];
-        if key != NO_REQUEST && self.asked.last().is_none_or(|last| last.key != key) {
-            self.asked.push(PageRequest {
-                key,
-                gap: lanes.gap[i],
-                distance,
-            });
-        }
-    }
 }
 
 /// Traces the primary ray of each pixel of a tile into `out`, row by row.

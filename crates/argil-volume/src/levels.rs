@@ -19,7 +19,7 @@
 //! *Practice.* Each cell is measured and sampled from the field, with a program that is pruned from its parent's
 //! (`bake.rs`). Never is a brick made from another level's samples. A ray that finds no brick fine enough for its pixel
 //! notes what it lacks (`requests.rs`), and [`Levels::fill`] bakes it after the frame. What no ray used for the longest
-//! time makes room (`fill.rs`): what is known of a cell stays when its brick goes. Edits bake again what is resident
+//! time makes room (`evict.rs`): what is known of a cell stays when its brick goes. Edits bake again what is resident
 //! (`edit.rs`). What comes later is right by itself.
 //!
 //! Distances between samples are off by at most half of a voxel's diagonal, times the Lipschitz constant. A ray in a
@@ -27,8 +27,10 @@
 
 mod bake;
 mod edit;
+mod evict;
 mod fill;
 mod layout;
+mod lists;
 mod page;
 mod pending;
 mod requests;

@@ -41,7 +41,7 @@ impl IncrementalProgram {
             ..self.index.parts
         };
         let boxes = all().filter(acts).map(|own| {
-            let joints = self.groups.joints_of(own);
+            let joints = self.groups.joints_of(own.operator, own.group);
             parts.reached_by(joints.iter().rev(), &own.extent, falls)
         });
         Some(boxes.collect())

@@ -1,6 +1,5 @@
 //! The open groups of an incremental program.
 
-use super::piece::Operand;
 use crate::lower::{EnclosingGroup, Frame};
 use crate::pieces::{PieceWalk, ROOT};
 use crate::spans::append;
@@ -101,10 +100,10 @@ impl GroupTree {
         self.of.get(&node).copied()
     }
 
-    /// Returns the operators of an operand and of the groups that contain it, innermost first.
-    pub(super) fn joints_of(&self, operand: &Operand) -> Vec<Operator> {
-        let mut joints = vec![operand.operator];
-        let mut at = operand.group;
+    /// Returns an operator and those of the groups that contain its operand, innermost first.
+    pub(super) fn joints_of(&self, operator: Operator, group: u32) -> Vec<Operator> {
+        let mut joints = vec![operator];
+        let mut at = group;
         while let Some(group) = self.get(at) {
             joints.push(group.operator);
             at = group.parent;

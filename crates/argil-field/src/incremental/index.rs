@@ -130,7 +130,7 @@ impl PartIndex {
 
     /// Returns the box in which an operand can matter, unless it matters everywhere.
     pub(super) fn grown_box(&self, operand: &Operand, groups: &GroupTree) -> Aabb {
-        let joints = groups.joints_of(operand);
+        let joints = groups.joints_of(operand.operator, operand.group);
         let outermost_first = joints.iter().rev();
         self.parts
             .reached_by(outermost_first, &operand.extent, self.falls)

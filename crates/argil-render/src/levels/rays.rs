@@ -1,6 +1,6 @@
 //! Levels of either sample format, ready to be marched.
 
-use super::PageNotes;
+use super::notes::PageNotes;
 use super::step::{clearances_i8, clearances_i16, solve_i8, solve_i16, step_i8, step_i16};
 use crate::bricks::ConeDistances;
 use crate::bricks::step::StepOutcome;

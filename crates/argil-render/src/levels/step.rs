@@ -5,7 +5,7 @@
     reason = "a lane has its place in many arrays"
 )]
 
-use super::PageNotes;
+use super::notes::PageNotes;
 use crate::bricks::step::{
     NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RayMotion, RayReading, StepOutcome, begin, high,
     low, tiny,

@@ -1,8 +1,9 @@
 //! Samples bricks.
 
 use super::BrickLayout;
-use super::material::{PLACES, packed};
+use super::material::packed;
 use super::octants::{OCTANTS, place_of};
+use super::store::PLACES;
 use crate::Texel;
 use crate::encoding::encode;
 use argil_abi::{

@@ -5,12 +5,10 @@
 //! are interpolated.
 
 use super::Bricks;
+use super::store::PLACES;
 use crate::SampleFormat;
 use argil_abi::{BRICK_MIXED, GpuMaterial, MATERIAL_SIDE};
 use glam::{UVec3, Vec3};
-
-/// Number of points of a mixed brick.
-pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
 
 /// The weight of a point on another surface, relative to 1.
 const MIN_WEIGHT: f32 = argil_abi::MIN_WEIGHT;

@@ -3,10 +3,10 @@
 use super::cell::BrickCell;
 use super::changes::ChangeLog;
 use super::layout::BrickLayout;
-use super::store::BrickStore;
+use super::pool;
+use super::store::{BrickStore, PLACES};
 use super::table::{BlockTable, FAR_SLOTS, far_words};
 use super::tables::Bricks;
-use super::{material, pool};
 use crate::Texels;
 use argil_abi::BRICK_MIXED;
 use argil_field::CELLS_PER_BATCH;
@@ -72,10 +72,10 @@ impl Bricks {
         if owners == [u32::MAX] {
             owners.clear();
         }
-        if materials.len() != owners.len() || !mixed.len().is_multiple_of(material::PLACES) {
+        if materials.len() != owners.len() || !mixed.len().is_multiple_of(PLACES) {
             return Err("there are not as many materials as bricks");
         }
-        let blocks = (mixed.len() / material::PLACES) as u32;
+        let blocks = (mixed.len() / PLACES) as u32;
         let is_beyond = |&m: &u32| m & BRICK_MIXED != 0 && m & !BRICK_MIXED >= blocks;
         if materials.iter().any(is_beyond) {
             return Err("a mixed brick's materials are not there");

@@ -5,8 +5,8 @@
 //! freed.
 
 use super::BrickLayout;
-use super::material::PLACES;
 use super::store::BrickStore;
+use super::store::PLACES;
 use crate::Texel;
 use crate::Texels;
 use argil_abi::BRICK_MIXED;

@@ -1,10 +1,12 @@
 //! The arrays of sparse bricks, without the blocks that they belong to.
 
 use super::changes::ChangeLog;
-use super::material::PLACES;
 use crate::{SampleFormat, Texels};
-use argil_abi::BRICK_MIXED;
+use argil_abi::{BRICK_MIXED, MATERIAL_SIDE};
 use glam::Vec3;
+
+/// Number of points of a mixed brick.
+pub(crate) const PLACES: usize = MATERIAL_SIDE.pow(3) as usize;
 
 /// Words of cells, and the bricks that they name.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use super::tree::{Levels, PAGE_BYTES};
 use crate::MISSING_BRICK;
 use crate::bricks::{PLACES, Pool};
 use crate::{BricksError, SampleFormat, Texel, is_brick};
-use argil_abi::{BRICK_MIXED, Instruction};
+use argil_abi::BRICK_MIXED;
 use argil_field::Program;
 use glam::IVec3;
 use rayon::prelude::*;
@@ -20,8 +20,6 @@ use web_time::Instant;
 const CHUNK: usize = 4096;
 /// The same, where time is short.
 const SHORT_CHUNK: usize = 128;
-/// Bytes of pages' programs that are kept.
-const LIST_BYTES: u64 = 16 << 20;
 
 /// What a fill did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -204,90 +202,6 @@ impl Levels {
         }
     }
 
-    /// Removes bricks of cells. What is known of the cells stays.
-    fn remove_bricks<T: Texel>(&mut self, cells: &[u32]) {
-        let layout = self.layout.level(0);
-        let mut pool = Pool::<T>::open(&mut self.store, &layout);
-        for &cell in cells {
-            pool.clear(cell, MISSING_BRICK);
-        }
-        pool.close();
-    }
-
-    /// Removes pages that have no pages below them, and their bricks.
-    pub(super) fn remove_pages<T: Texel>(&mut self, slots: &[u32]) {
-        let layout = self.layout.level(0);
-        let mut pool = Pool::<T>::open(&mut self.store, &layout);
-        for &slot in slots {
-            for cell in 8 * slot..8 * slot + 8 {
-                pool.clear(cell, crate::bricks::empty_word(0.0));
-            }
-        }
-        pool.close();
-        for &slot in slots {
-            let parent = self.pages[slot as usize].parent;
-            if let Some(child) = self.children.get_mut(parent as usize)
-                && *child == slot
-            {
-                *child = NO_PAGE;
-            }
-            self.pages[slot as usize].parent = NO_PAGE;
-            self.lists[slot as usize] = None;
-            self.free.push(slot);
-        }
-    }
-
-    /// Returns the bytes that bricks and pages in use need.
-    fn used_bytes(&self) -> u64 {
-        self.memory_bytes() - PAGE_BYTES * self.free.len() as u64
-    }
-
-    /// Evicts bricks and pages until some more bytes fit. Returns how many bricks, and whether they fit now.
-    fn make_room<T: Texel>(&mut self, bytes: u64) -> (u64, bool) {
-        if self.used_bytes() + bytes <= self.budget {
-            return (0, true);
-        }
-        // A little more than is needed, so that this does not happen for each brick.
-        let over = self.used_bytes() + bytes - self.budget + self.budget / 64;
-        let each = self.layout.level(0).brick_bytes() + 8;
-        let stamp = |cell: u32| self.used[cell as usize].load(Ordering::Relaxed);
-        let root = self.layout.root();
-        let mut old: Vec<u32> = self
-            .store
-            .cell_of_brick
-            .iter()
-            .copied()
-            .filter(|&cell| stamp(cell) < self.kept_since && self.level_of(cell) < root)
-            .collect();
-        old.sort_unstable_by_key(|&cell| (stamp(cell), cell));
-        old.truncate(over.div_ceil(each) as usize);
-        self.remove_bricks::<T>(&old);
-        let evicted = old.len() as u64;
-        self.remove_unused_pages::<T>();
-        (evicted, self.used_bytes() + bytes <= self.budget)
-    }
-
-    /// Removes pages without bricks that no recent frame used.
-    fn remove_unused_pages<T: Texel>(&mut self) {
-        let all: Vec<u32> = self.slots().collect();
-        let mut gone = Vec::new();
-        for &slot in all.iter().rev() {
-            let mut cells = 8 * slot as usize..8 * slot as usize + 8;
-            let is_unused = cells.all(|cell| {
-                let word = self.store.words[cell];
-                let has_brick = is_brick(word) && word != MISSING_BRICK;
-                let is_old = self.used[cell].load(Ordering::Relaxed) < self.kept_since;
-                !has_brick && !is_page(self.children[cell]) && is_old
-            });
-            let parent = self.pages[slot as usize].parent;
-            if is_unused && parent != NO_PAGE {
-                self.children[parent as usize] = NO_PAGE;
-                gone.push(slot);
-            }
-        }
-        self.remove_pages::<T>(&gone);
-    }
-
     /// Bakes what frames asked for since the last call, the most urgent first, on rayon's current threads. It stops
     /// when `until` has passed or memory is full. The next frame asks again for what remains.
     pub fn fill(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
@@ -388,85 +302,5 @@ impl Levels {
         jobs.into_par_iter()
             .map_init(|| context.baker(), |baker, job| baker.page(&job))
             .collect()
-    }
-
-    /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
-    fn lists_of(
-        &mut self,
-        context: &PageContext<'_>,
-        slots: &[u32],
-    ) -> FxHashMap<u32, Vec<Instruction>> {
-        // All pages on the way to the first known program, coarsest first.
-        let mut found: FxHashMap<u32, Vec<Instruction>> = FxHashMap::default();
-        let mut unknown: Vec<u32> = Vec::new();
-        for &slot in slots {
-            let mut at = slot;
-            loop {
-                if found.contains_key(&at) {
-                    break;
-                }
-                if let Some(list) = &self.lists[at as usize] {
-                    found.insert(at, list.to_vec());
-                    break;
-                }
-                unknown.push(at);
-                match self.pages[at as usize].parent {
-                    NO_PAGE => break,
-                    parent => at = parent / 8,
-                }
-            }
-        }
-        let order = |slot: u32| {
-            let page = &self.pages[slot as usize];
-            (std::cmp::Reverse(page.level), page.parent, slot)
-        };
-        unknown.sort_unstable_by_key(|&slot| order(slot));
-        unknown.dedup();
-        let pages = &self.pages;
-        for same in unknown.chunk_by(|&a, &b| pages[a as usize].level == pages[b as usize].level) {
-            let page_above = |slot: u32| pages[slot as usize].parent / 8;
-            let families: Vec<&[u32]> = same
-                .chunk_by(|&a, &b| page_above(a) == page_above(b))
-                .collect();
-            let own: Vec<Vec<(u32, Vec<Instruction>)>> = families
-                .par_iter()
-                .map_init(
-                    || context.baker(),
-                    |baker, family| {
-                        let first = &pages[family[0] as usize];
-                        if first.parent == NO_PAGE {
-                            let list = |&slot: &u32| {
-                                let place = pages[slot as usize].place();
-                                (slot, baker.root_list(place))
-                            };
-                            return family.iter().map(list).collect();
-                        }
-                        let above = first.parent / 8;
-                        let mut lists = baker.cell_lists(&pages[above as usize], &found[&above]);
-                        let own = family.iter().map(|&slot| {
-                            let cell = pages[slot as usize].parent % 8;
-                            (slot, std::mem::take(&mut lists[cell as usize]))
-                        });
-                        own.collect()
-                    },
-                )
-                .collect();
-            found.extend(own.into_iter().flatten());
-        }
-        let kept: usize = self
-            .lists
-            .iter()
-            .flatten()
-            .map(|l| size_of_val(&l[..]))
-            .sum();
-        let mut room = LIST_BYTES.min(self.budget / 16).saturating_sub(kept as u64);
-        for slot in unknown {
-            let bytes = size_of_val(&found[&slot][..]) as u64;
-            if bytes <= room {
-                room -= bytes;
-                self.lists[slot as usize] = Some(found[&slot].as_slice().into());
-            }
-        }
-        found
     }
 }
