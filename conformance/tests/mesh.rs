@@ -4,7 +4,7 @@ use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
-use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, SurfaceNormals, SurfaceOptions};
+use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_math::Aabb;
 use argil_mesh::{Mesh, MeshReport, marching, project_to_field};
 use argil_render::{
@@ -215,7 +215,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
                 .wait()
                 .expect("a volume");
             let options = SurfaceOptions {
-                normals: SurfaceNormals::Gradient,
+                normals: MeshNormals::Gradient,
                 ..SurfaceOptions::default()
             };
             let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
@@ -283,7 +283,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
             .expect("a volume");
         let options = SurfaceOptions {
             iso,
-            normals: SurfaceNormals::Gradient,
+            normals: MeshNormals::Gradient,
             ..SurfaceOptions::default()
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
@@ -295,7 +295,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         // Triangles with corners of their own are the same ones, with their own normals.
         let unshared = SurfaceOptions {
             is_unindexed: true,
-            normals: SurfaceNormals::Face,
+            normals: MeshNormals::Face,
             ..options
         };
         let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");

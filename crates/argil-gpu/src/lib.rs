@@ -4,9 +4,7 @@ mod error;
 mod options;
 
 pub use error::GpuError;
-pub use options::{
-    BrickOrdering, DenseFill, DeviceInfo, DeviceKind, StageTimings, SurfaceNormals, SurfaceOptions,
-};
+pub use options::{BrickOrdering, DenseFill, DeviceInfo, DeviceKind, StageTimings, SurfaceOptions};
 
 #[cfg(feature = "device")]
 mod bindings;

@@ -10,10 +10,9 @@ use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_table, uniform_for, uniform_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::volume::ClipUpdate;
-use crate::{
-    Gpu, GpuError, GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceNormals, SurfaceOptions,
-};
+use crate::{Gpu, GpuError, GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceOptions};
 use argil_abi::{self as abi, DenseUniform, MarchingUniform};
+use argil_mesh::MeshNormals;
 use glam::UVec3;
 
 /// Cells along the side of a dense volume's units.
@@ -176,7 +175,7 @@ impl GpuVolume {
             bake.pass("emit", place_rows, &emitting, each).await?;
             bake.pass("emit", emit, &emitting, each).await?;
         }
-        if vertices > 0 && (options.project_to_field || options.normals == SurfaceNormals::Field) {
+        if vertices > 0 && (options.project_to_field || options.normals == MeshNormals::Field) {
             refine(field, &passes, &tables, &uniform, &marching, &mut bake).await?;
         }
         let mut drawn = MarchResult {
@@ -349,10 +348,10 @@ fn measures(
         units,
         side,
         normals: match options.normals {
-            SurfaceNormals::None => abi::MARCH_NONE,
-            SurfaceNormals::Gradient => abi::MARCH_GRADIENT,
-            SurfaceNormals::Field => abi::MARCH_FIELD,
-            SurfaceNormals::Face => abi::MARCH_FACE,
+            MeshNormals::None => abi::MARCH_NONE,
+            MeshNormals::Gradient => abi::MARCH_GRADIENT,
+            MeshNormals::Field => abi::MARCH_FIELD,
+            MeshNormals::Face => abi::MARCH_FACE,
         },
         is_moved: u32::from(options.project_to_field),
         ..MarchingUniform::default()

@@ -1,5 +1,6 @@
 //! Options and descriptions of devices, the same with and without GPU support.
 
+use argil_mesh::MeshNormals;
 use std::fmt;
 
 /// The kind of a graphics device.
@@ -73,27 +74,13 @@ pub enum BrickOrdering {
     EnumerationSort,
 }
 
-/// The source of vertices' normals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SurfaceNormals {
-    /// No normals.
-    None,
-    /// The gradient of the samples, by central differences.
-    Gradient,
-    /// The gradient of the field, by central differences.
-    #[default]
-    Field,
-    /// The triangles' own, if vertices are not shared.
-    Face,
-}
-
 /// Options of marching cubes on a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceOptions {
     /// Distance at which to extract the surface.
     pub iso: f32,
     /// The source of normals.
-    pub normals: SurfaceNormals,
+    pub normals: MeshNormals,
     /// Whether vertices move to the exact surface of the field.
     pub project_to_field: bool,
     /// Whether each triangle gets its own vertices.

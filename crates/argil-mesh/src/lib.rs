@@ -3,6 +3,7 @@
 pub mod dual_contouring;
 pub mod marching;
 mod mesh;
+mod mesh_normals;
 mod mesh_report;
 mod mesh_sdf;
 pub mod project_to_field;
@@ -40,6 +41,7 @@ pub mod wgsl {
 }
 
 pub use mesh::Mesh;
+pub use mesh_normals::MeshNormals;
 pub use mesh_report::MeshReport;
 pub use mesh_sdf::MeshSdf;
 pub use read::{MeshReadError, bytes, from_bytes, read};

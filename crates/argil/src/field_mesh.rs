@@ -3,10 +3,10 @@
 use crate::memory::{budget_on, without_budget};
 use crate::{BuildError, Engine};
 use argil_field::Program;
-use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceNormals, SurfaceOptions};
+use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceOptions};
 use argil_math::Control;
 use argil_mesh::marching::bricks::CellLoops;
-use argil_mesh::{Mesh, dual_contouring, marching, project_to_field};
+use argil_mesh::{Mesh, MeshNormals, dual_contouring, marching, project_to_field};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, CellPrograms, VoxelGrid};
 use web_time::Instant;
 
@@ -79,7 +79,7 @@ pub(crate) async fn field_mesh_on_gpu(
     field: &GpuProgram,
     program: &Program,
     voxel_grid: VoxelGrid,
-    normals: SurfaceNormals,
+    normals: MeshNormals,
     is_unshared: bool,
 ) -> Result<(GpuMesh, StageTimings), BuildError> {
     let budget = budget_on(engine, None);

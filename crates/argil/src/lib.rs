@@ -36,6 +36,7 @@ pub use argil_scene as scene;
 pub use argil_volume as volume;
 pub use glam;
 
+pub use argil_mesh::MeshNormals;
 pub use build::Build;
 pub use cast::RayHit;
 pub use edit_report::{EditBudget, EditReport, RebuildReason};
@@ -48,7 +49,7 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
-pub use meshing::{MeshError, MeshNormals, MeshOptions, MeshOutput, VertexError, save_mesh};
+pub use meshing::{MeshError, MeshOptions, MeshOutput, VertexError, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;

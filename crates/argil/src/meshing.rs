@@ -4,10 +4,11 @@ use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layou
 use crate::representation::{Storage, clip_box};
 use crate::{BuildError, World};
 use argil_field::Grid;
-use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceNormals, SurfaceOptions};
+use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
-    Mesh, MeshFormat, MeshReport, MeshWriteOptions, marching, project_to_field, simplify, write,
+    Mesh, MeshFormat, MeshNormals, MeshReport, MeshWriteOptions, marching, project_to_field,
+    simplify, write,
 };
 use argil_volume::{CellPrograms, RESOLUTION_RANGE, Volume, VoxelGrid};
 use glam::Vec3;
@@ -17,21 +18,6 @@ use web_time::Instant;
 
 /// Maximum samples of a grid that is made only for a mesh.
 const MAX_SAMPLES: u64 = 1 << 31;
-
-/// The source of a mesh's normals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum MeshNormals {
-    /// The exact field's gradient at each vertex, for smooth shading.
-    #[default]
-    Field,
-    /// The gradient of the stored samples, by central differences.
-    Gradient,
-    /// The triangles' own normals, for flat shading. Triangles then share no vertices.
-    Face,
-    /// No normals.
-    None,
-}
 
 /// Options of [`World::mesh`].
 ///
@@ -324,9 +310,8 @@ impl World {
         let voxel_grid = self.mesh_grid(options)?;
         field.upload_instructions(|| self.program());
         let normals = match options.normals {
-            MeshNormals::Field => SurfaceNormals::Field,
-            MeshNormals::Gradient => SurfaceNormals::Gradient,
-            MeshNormals::Face | MeshNormals::None => SurfaceNormals::None,
+            MeshNormals::Face => MeshNormals::None,
+            others => others,
         };
         let made = field_mesh_on_gpu(
             self.engine(),
@@ -380,9 +365,9 @@ async fn of_gpu(
     let options = SurfaceOptions {
         iso,
         normals: match options.normals {
-            MeshNormals::Gradient => SurfaceNormals::Gradient,
+            MeshNormals::Gradient => MeshNormals::Gradient,
             // The CPU computes exact normals later, as for volumes on the CPU.
-            _ => SurfaceNormals::None,
+            _ => MeshNormals::None,
         },
         ..SurfaceOptions::default()
     };

@@ -4,8 +4,8 @@ use super::mesh_storage::{MeshStorage, StoredTriangles, triangles};
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage};
 use crate::BuildError;
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
-use argil_gpu::{GpuMesh, SurfaceNormals};
-use argil_mesh::project_to_field;
+use argil_gpu::GpuMesh;
+use argil_mesh::{MeshNormals, project_to_field};
 use argil_volume::{Volume, VoxelGrid};
 
 /// Options of a mesh that is rendered. To export a mesh, use [`World::mesh`](crate::World::mesh).
@@ -61,9 +61,9 @@ impl RepresentationOptions for MeshRenderOptions {
             && self.method == MeshMethod::MarchingCubes
         {
             let normals = if self.flat {
-                SurfaceNormals::Face
+                MeshNormals::Face
             } else {
-                SurfaceNormals::Field
+                MeshNormals::Field
             };
             let made = field_mesh_on_gpu(engine, field, program, voxel_grid, normals, self.flat);
             let (mesh, stages) = made.await?;
