@@ -1,7 +1,21 @@
 //! Scenes of each modifier.
 
 use crate::case::{SceneCase, one, push};
-use argil_scene::{Brush, Group, Modifier, Scene, Shape};
+use argil_scene::{Brush, Group, Modifier, Pose, Scene, Shape};
+
+/// Returns instances of two scales, which overlap here and there.
+fn instances() -> Modifier {
+    let rows = [
+        [0.5, 0.1, 0.0, 30.0, 1.0],
+        [-0.5, -0.1, 0.2, -70.0, 0.6],
+        [0.1, 0.4, -0.5, 200.0, 1.0],
+        [0.0, -0.4, 0.4, 10.0, 0.6],
+        [-0.6, 0.3, -0.3, 90.0, 0.6],
+    ];
+    Modifier::Instances {
+        poses: rows.map(Pose::from).to_vec().into(),
+    }
+}
 
 /// Returns each modifier, on a brush and on a blended group, with transforms around it.
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
@@ -61,6 +75,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
                 count: Some([4, 1, 1]),
             },
         ),
+        ("instances", instances()),
         (
             "elongate",
             Modifier::Elongate {
@@ -125,6 +140,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
             scene,
         });
     }
+    all.extend(nested_instances());
     for (name, count, x) in [
         ("ring", 7, 0.7),
         ("ring around the axis", 5, 0.1),
@@ -142,4 +158,37 @@ pub fn modifier_cases() -> Vec<SceneCase> {
         ));
     }
     all
+}
+
+/// Returns instances of what has loops and warps, and instances of instances, in joints of several kinds.
+fn nested_instances() -> Vec<SceneCase> {
+    let body = || Brush::new(Shape::rounded_box([0.2, 0.1, 0.12], 0.03)).at([0.05, 0.0, 0.0]);
+    let twist = Modifier::Twist {
+        degrees_per_unit: 90.0,
+    };
+    let row = Modifier::Repeat {
+        spacing: [0.5, 0.0, 0.0],
+        count: Some([2, 1, 1]),
+    };
+    let twisted = body()
+        .with_modifier(twist)
+        .with_modifier(row)
+        .with_modifier(instances());
+    let twice = body()
+        .scaled(0.4)
+        .with_modifier(instances())
+        .scaled(0.5)
+        .with_modifier(instances());
+    let mut scene = Scene::new();
+    push(&mut scene, Scene::ROOT, Brush::new(Shape::cuboid([0.6; 3])));
+    let holes = Brush::new(Shape::sphere(0.2)).with_modifier(instances());
+    push(&mut scene, Scene::ROOT, holes.subtract().smooth(0.1));
+    vec![
+        one("instances of twisted rows", twisted),
+        one("instances of instances", twice),
+        SceneCase {
+            name: "instances as holes".to_owned(),
+            scene,
+        },
+    ]
 }

@@ -6,7 +6,7 @@ use argil_conformance::{gpu, shipped};
 use argil_field::Program;
 use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_math::Aabb;
-use argil_mesh::{Mesh, MeshReport, marching, project_to_field};
+use argil_mesh::{Mesh, MeshNormals, MeshReport, marching, project_to_field};
 use argil_render::{
     Camera, PrunedField, RenderMode, RenderSettings, Triangles, frame_uniforms, render_with_hits,
 };

@@ -2,6 +2,7 @@
 
 mod error;
 mod frame;
+mod instances;
 mod lowering;
 mod measure;
 mod params;

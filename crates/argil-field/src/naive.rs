@@ -62,6 +62,10 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
             })
             .map(inner)
             .fold(NOTHING, f64::min),
+        Modifier::Instances { ref poses } => poses
+            .iter()
+            .map(|pose| inner(pose.own_from_outer().transform_point3(p)) * f64::from(pose.scale))
+            .fold(NOTHING, f64::min),
         ref m @ (Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit }) => {
             let Some(held) = m.clamp_box(content()) else {
                 return NOTHING;

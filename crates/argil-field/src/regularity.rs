@@ -134,6 +134,10 @@ pub(crate) fn regularity(
                     continue;
                 }
                 result = result.by_value();
+                if let Modifier::Instances { poses } = modifier {
+                    result = result.scaled(poses.scales()[1]);
+                    continue;
+                }
                 let (jump, isolation) = (jump(modifier, content), isolation(modifier, content));
                 if isolation > 0.0 {
                     (result.hidden, result.isolation) = (jump, isolation);

@@ -78,6 +78,11 @@ impl Extent {
                 max_underestimate: self.max_underestimate * by,
                 ..self
             },
+            Modifier::Instances { ref poses } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                max_underestimate: self.max_underestimate * poses.scales()[1],
+                ..self
+            },
             Modifier::Stretch { by } => {
                 // The box grows by the largest factor, and the distance only by the smallest.
                 let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
@@ -151,6 +156,12 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
                 after.min[axis] -= reach;
                 after.max[axis] += reach;
             }
+        }
+        Modifier::Instances { ref poses } => {
+            let boxes = poses
+                .iter()
+                .map(|pose| region.mapped(&pose.own_from_outer().inverse()));
+            after = boxes.fold(Aabb::EMPTY, Aabb::union);
         }
         Modifier::RadialRepeat { .. } => {
             let far = region.min.abs().max(region.max.abs());

@@ -35,7 +35,9 @@ impl HistoryStep {
             Self::Set { entry, .. } => {
                 let text = entry.name.len() + entry.material.as_ref().map_or(0, String::len);
                 let keyframes = size_of_val(&entry.keyframes[..]);
-                text + size_of_val(&entry.modifiers[..]) + keyframes + entry.kind.heap_bytes()
+                let modifiers = entry.modifiers.iter();
+                let modifiers = modifiers.map(|own| size_of_val(own) + own.heap_bytes());
+                text + modifiers.sum::<usize>() + keyframes + entry.kind.heap_bytes()
             }
             _ => 0,
         };

@@ -201,6 +201,7 @@ fn later_falls(
 fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
     match *modifier {
         Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),
+        Modifier::Instances { ref poses } => interest / poses.scales()[0],
         Modifier::Round { radius } => interest + radius,
         Modifier::Shell { half_thickness } => interest + half_thickness,
         Modifier::Displace { amplitude, .. } => {

@@ -24,6 +24,7 @@ mod node_store;
 mod node_tree;
 mod operator;
 mod path2;
+mod pose;
 mod sampled_grid;
 mod scene;
 mod shape;
@@ -59,6 +60,7 @@ pub use node_desc::{NodeDesc, NodeKind};
 pub use node_tree::{Brush, Group, NodeTree};
 pub use operator::{BlendProfile, Operator, OperatorKind};
 pub use path2::{Path2, PathSegment, SplinePoint, TubePiece, spline_pieces};
+pub use pose::{Pose, Poses};
 pub use sampled_grid::{
     DistanceSampler, GRID_MAGIC, MAX_POSTS, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid,
 };

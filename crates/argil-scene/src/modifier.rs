@@ -1,5 +1,6 @@
-use crate::ValidationError;
+use crate::shape::ShapeParameter;
 use crate::shape_checks as rules;
+use crate::{Pose, Poses, ValidationError};
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -43,12 +44,20 @@ macro_rules! modifiers {
             /// # Errors
             /// The first parameter that is out of range.
             pub fn check(&self) -> Result<(), ValidationError> {
-                match *self {$(
+                match self {$(
                     Self::$modifier { $($field),* } => {
+                        $(let $field = $field.read();)*
                         $(rules::$check(stringify!($field), $field $($(, $limit)*)?)?;)*
                         $($rule?;)?
                         Ok(())
                     }
+                )*}
+            }
+
+            /// Returns the heap bytes of the modifier.
+            pub(crate) fn heap_bytes(&self) -> usize {
+                match self {$(
+                    Self::$modifier { $($field),* } => 0 $(+ $field.heap_bytes())*,
                 )*}
             }
 
@@ -134,6 +143,16 @@ modifiers! {
         count: u32 => count(1, 10_000),
     }
     example(Self::RadialRepeat { count: 6 });
+
+    /// Copies the solid to many poses. The copies share its program, so each one costs little memory.
+    #[doc(alias = "scatter")]
+    Instances {
+        /// The pose of each copy: position, rotation about the y axis in degrees, and scale.
+        poses: Poses => poses,
+    }
+    example(Self::Instances {
+        poses: [[0.0, 0.0, 0.0, 0.0, 1.0], [1.5, 0.0, 0.5, 40.0, 0.7]].map(Pose::from).to_vec().into(),
+    });
 
     /// Cuts the solid at the origin and pulls the halves apart along each axis.
     Elongate {

@@ -1,5 +1,5 @@
 use crate::shape_checks::{self as rules, *};
-use crate::{LoadedGrid, Path2, SampledGrid, SplinePoint, ValidationError, shape_table};
+use crate::{LoadedGrid, Path2, Poses, SampledGrid, SplinePoint, ValidationError, shape_table};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -163,9 +163,18 @@ macro_rules! read_by_reference {
     )*};
 }
 
-read_by_value!(f32, u32, [f32; 2], [f32; 3], [f32; 4]);
+read_by_value!(
+    f32,
+    u32,
+    [bool; 3],
+    [f32; 2],
+    [f32; 3],
+    [f32; 4],
+    Option<[u32; 3]>
+);
 read_by_reference!(
     Vec<SplinePoint> as [SplinePoint]: |points| size_of_val(&points[..]),
+    Poses as Poses: |poses| size_of_val(&poses[..]),
     Path2 as Path2: |outline| size_of_val(&outline.segments[..]),
     String as str: String::len,
     LoadedGrid as LoadedGrid: |_| 0

@@ -6,6 +6,7 @@ use crate::{LoadedGrid, Path2, SplinePoint};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
+pub(crate) use crate::pose::poses;
 pub(crate) use crate::sampled_grid::mesh_resolution;
 pub(crate) use crate::text::{letters, text_bounds};
 pub(crate) use validation::at_most;

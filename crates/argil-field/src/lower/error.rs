@@ -24,6 +24,18 @@ pub enum LowerError {
         /// The limit for one repetition, or for all around a brush.
         limit: u64,
     },
+    /// Instances within instances multiply to too many instructions.
+    #[error(
+        "{path}: its instances need {needed} instructions, and the limit is {limit}: use fewer instances, or simpler ones"
+    )]
+    TooManyInstances {
+        /// The node.
+        path: String,
+        /// The number of instructions.
+        needed: u64,
+        /// The limit.
+        limit: u64,
+    },
     /// A mesh is not loaded.
     #[error("{path}: the mesh \"{file}\" is not loaded")]
     NotLoaded {
@@ -46,5 +58,7 @@ pub enum LowerError {
 
 /// Maximum copies that one point may evaluate, over all loops around a brush.
 pub(super) const MAX_COPIES: u64 = 4096;
+/// Maximum instructions of a program with instances: half a gibibyte.
+pub(super) const MAX_INSTRUCTIONS: u64 = 1 << 25;
 /// Maximum copies in one loop.
 pub(super) const MAX_COPIES_PER_LOOP: u64 = 125;

@@ -9,7 +9,7 @@ use crate::program::Program;
 use crate::regularity::Regularity;
 use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instruction};
-use argil_scene::{Extents, NodeDesc, NodeId, Scene};
+use argil_scene::{Extents, NodeDesc, NodeId, Pose, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -28,6 +28,26 @@ pub(super) enum LoweringTask {
     Solid {
         node: NodeId,
         frame: Frame,
+    },
+    /// A node with its first `count` modifiers, into an empty accumulator.
+    Stages {
+        node: NodeId,
+        count: usize,
+        frame: Frame,
+    },
+    /// The first of some instances begins. Instances of other scales may come before it.
+    BeginInstances {
+        node: NodeId,
+        pose: Pose,
+        frame: Frame,
+        is_first: bool,
+    },
+    /// The first of some instances ends. The others follow.
+    EndInstances {
+        node: NodeId,
+        others: Vec<Pose>,
+        frame: Frame,
+        is_first: bool,
     },
     /// A brush without folds or offsets, directly onto the accumulator.
     Brush {
@@ -76,6 +96,8 @@ pub(super) struct Lowering<'a> {
     /// scene's order. Also the beginning of the current piece.
     pub(super) open: FxHashMap<NodeId, OpenScope>,
     pub(super) begun: u32,
+    /// Where the instances begin that are being lowered, innermost last, and the number of brushes before them.
+    pub(super) instances: Vec<(usize, usize)>,
 }
 
 impl<'a> Lowering<'a> {
@@ -109,6 +131,19 @@ impl<'a> Lowering<'a> {
                     frame,
                 } => self.list(group, count, frame),
                 LoweringTask::Solid { node, frame } => self.solid(node, frame)?,
+                LoweringTask::Stages { node, count, frame } => self.stages(node, count, frame)?,
+                LoweringTask::BeginInstances {
+                    node,
+                    pose,
+                    frame,
+                    is_first,
+                } => self.begin_instances(node, pose, frame, is_first)?,
+                LoweringTask::EndInstances {
+                    node,
+                    others,
+                    frame,
+                    is_first,
+                } => self.end_instances(node, &others, frame, is_first)?,
                 LoweringTask::Brush { node, frame } => self.brush(node, frame)?,
             }
         }

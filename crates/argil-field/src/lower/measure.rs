@@ -10,7 +10,7 @@ use crate::program::Program;
 use crate::regularity::{Regularity, regularity};
 use crate::spans::GroupSpan;
 use argil_abi::Instruction;
-use argil_scene::{Extents, NodeId, NodeKind, Operator, OperatorKind, Scene};
+use argil_scene::{Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -45,6 +45,7 @@ impl<'a> Lowering<'a> {
             tasks: Vec::new(),
             open: FxHashMap::default(),
             begun: 0,
+            instances: Vec::new(),
         };
         if let Some(pieces) = pieces.filter(|pieces| pieces.all.len() > FEW_OPERANDS) {
             let groups = pieces.groups.iter().zip(0..);
@@ -99,7 +100,7 @@ impl<'a> Lowering<'a> {
                     .at_current_time()
                     .modifiers
                     .iter()
-                    .filter(|m| is_loop(m))
+                    .filter(|m| is_loop(m) || matches!(m, Modifier::Instances { .. }))
                     .count() as u32;
         }
         if let Some(&root) = parents_first.first() {

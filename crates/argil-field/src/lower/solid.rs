@@ -74,13 +74,30 @@ impl Lowering<'_> {
     }
 
     pub(super) fn solid(&mut self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
+        let count = self.scene.node(node).at_current_time().modifiers.len();
+        let frame = self.enter(node, frame);
+        self.stages(node, count, frame)
+    }
+
+    /// Emits a node with its first `count` modifiers, in its own frame.
+    pub(super) fn stages(
+        &mut self,
+        node: NodeId,
+        count: usize,
+        mut frame: Frame,
+    ) -> Result<(), LowerError> {
         let entry = self.scene.node(node).at_current_time();
-        let mut frame = self.enter(node, frame);
         let stages = self.extents.modifier_stages(node);
         // The modifiers from the outermost inward: what opens now, and what closes after the content, innermost
         // first.
         let mut closing: Vec<LoweringTask> = Vec::new();
-        for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
+        let modifiers = entry.modifiers[..count].iter().zip(&stages);
+        for (nth, (modifier, content)) in modifiers.enumerate().rev() {
+            if let Modifier::Instances { poses } = modifier {
+                self.tasks.extend(closing);
+                self.push_instances(node, nth, poses, frame);
+                return Ok(());
+            }
             if modifier.affine().is_some() {
                 map(self.scene, node, modifier, &mut frame)?;
             } else if let Some((op, length)) = offset_of(modifier) {

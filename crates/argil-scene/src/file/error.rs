@@ -10,7 +10,7 @@ pub const FORMAT_VERSION: u32 = 1;
 pub(super) const MAX_DEPTH: u32 = 200_000;
 
 /// Maximum bytes of a part: a shape, a list of modifiers, a name.
-pub(super) const MAX_PART_BYTES: usize = 1 << 20;
+pub(super) const MAX_PART_BYTES: usize = 1 << 26;
 
 /// Maximum bytes of a file that is read as a whole. Larger files are streamed.
 pub(super) const MAX_QUICK_BYTES: u64 = 1 << 30;
