@@ -60,7 +60,7 @@ pub(crate) use block_baker::CellContext;
 pub use block_program::{BlockProgram, emptied_around};
 pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;
-pub(crate) use brick_baker::BrickBaker;
+pub(crate) use brick_baker::{BrickBaker, PartPruner};
 pub use build::BrickTimings;
 pub(crate) use cell::inner_cell;
 pub use cell::{BrickCell, MISSING_BRICK, center_of, empty_word, is_block_empty, is_brick};

@@ -212,7 +212,7 @@ fn a_world_grows_beyond_its_levels() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = scene()?;
     let mut world = levels_of(&scene, LevelsOptions::from(64))?;
     let count = |world: &World| world.levels().map(|levels| levels.layout().count());
-    assert_eq!(count(&world), Some(1));
+    assert_eq!(count(&world), Some(3));
     scene.push(Brush::new(Shape::sphere(0.3)).at([4.0, 0.0, 0.0]))?;
     assert!(!world.apply(&scene)?.rebuilt);
     assert_eq!(differing(&world), 0);
@@ -253,7 +253,7 @@ fn senseless_options_are_refused() -> Result<(), Box<dyn std::error::Error>> {
         ),
         (
             LevelsOptions {
-                memory_budget: 10_000,
+                memory_budget: 1_000,
                 ..usual
             },
             "the budget is",

@@ -53,8 +53,11 @@ pub(crate) struct BrickBaker<'a> {
     places: &'a SampleOffsets,
     d: Vec<f32>,
     /// For long programs.
-    pruner: Option<Box<(Pruner<'a>, Vec<Instruction>)>>,
+    pub(crate) pruner: Option<PartPruner<'a>>,
 }
+
+/// Prunes programs for parts of bricks.
+pub(crate) type PartPruner<'a> = Box<(Pruner<'a>, Vec<Instruction>)>;
 
 /// A brick's program of more instructions is pruned again for its octants, which have a third more samples than the
 /// brick.

@@ -3,14 +3,18 @@
 use super::layout::LevelsLayout;
 use super::page::{Page, octant_cells, page_cell};
 use crate::MISSING_BRICK;
-use crate::bricks::{BrickBaker, CellContext};
+use crate::bricks::{BrickBaker, CellContext, PartPruner};
 use crate::{BLOCK_SIDE, Texel};
 use argil_abi::Instruction;
 use argil_field::{CELLS_PER_BATCH, Program, Pruner};
 use glam::IVec3;
+use std::sync::Arc;
 
 /// The largest deviation from a plane in a cell that is not refined, in voxels of level 0.
 const FLAT: f32 = 0.125;
+
+/// Programs of more instructions are pruned for one cell at a time.
+const LONG_LIST: usize = 1 << 16;
 
 /// What all pages of a program share, level by level.
 pub(super) struct PageContext<'a> {
@@ -24,12 +28,14 @@ pub(super) struct PageBaker<'a> {
     levels: &'a [CellContext<'a>],
     pruner: Pruner<'a>,
     bakers: Vec<Option<BrickBaker<'a>>>,
+    /// What the bakers of all levels share, because it grows with the longest program.
+    part_pruner: Option<PartPruner<'a>>,
 }
 
 /// A page to bake: where it is, its program, and the cells to sample, one bit each.
 pub(super) struct PageJob {
     pub page: Page,
-    pub list: Vec<Instruction>,
+    pub list: Arc<[Instruction]>,
     pub cells: u8,
 }
 
@@ -75,17 +81,18 @@ impl<'a> PageContext<'a> {
             levels: &self.levels,
             pruner: Pruner::new(self.program),
             bakers: self.levels.iter().map(|_| None).collect(),
+            part_pruner: None,
         }
     }
 }
 
 impl PageBaker<'_> {
     /// Returns the program of a page of the coarsest level.
-    pub(super) fn root_list(&mut self, place: IVec3) -> Vec<Instruction> {
+    pub(super) fn root_list(&mut self, place: IVec3) -> Arc<[Instruction]> {
         let mut list = Vec::new();
         let all = self.program.instructions();
         let Some(context) = self.levels.last() else {
-            return list;
+            return list.into();
         };
         let side = BLOCK_SIDE / 2;
         let center = context.layout.center(place * side as i32, side);
@@ -93,23 +100,28 @@ impl PageBaker<'_> {
         self.pruner
             .classify_cells(all, &[center], radius, &mut [0.0]);
         self.pruner.prune_into(all, 0, &mut list);
-        list
+        list.into()
     }
 
-    /// Returns the programs of a page's cells, given the page's. Cells without a surface have none.
+    /// Returns the programs of some of a page's cells, one bit each, given the page's. Cells without a surface have
+    /// none.
     pub(super) fn cell_lists(
         &mut self,
         page: &Page,
         list: &[Instruction],
-    ) -> [Vec<Instruction>; 8] {
-        let mut lists: [Vec<Instruction>; 8] = Default::default();
+        cells: u8,
+    ) -> [Arc<[Instruction]>; 8] {
+        let mut lists: [Arc<[Instruction]>; 8] = Default::default();
         let context = &self.levels[page.level as usize];
         let (block, octant) = page.block();
         let mut words = [0; CELLS_PER_BATCH];
-        let listed = (list, octant_cells(octant));
-        let found = context.measure(block, listed, &mut self.pruner, &mut words);
+        let own = octant_cells(octant);
+        let is_asked = |inner: &u8| cells >> page_cell(*inner) & 1 != 0;
+        let some = (0..64u8).filter(|inner| own >> inner & 1 != 0 && is_asked(inner));
+        let some = some.fold(0, |some, inner| some | 1u64 << inner);
+        let found = context.measure(block, (list, some), &mut self.pruner, &mut words);
         for (inner, range) in found.cells {
-            lists[page_cell(inner) as usize] = found.instrs[range].to_vec();
+            lists[page_cell(inner) as usize] = found.instrs[range].into();
         }
         lists
     }
@@ -119,10 +131,9 @@ impl PageBaker<'_> {
         let level = job.page.level as usize;
         let context = &self.levels[level];
         let baker = self.bakers[level].get_or_insert_with(|| context.baker());
+        baker.pruner = self.part_pruner.take();
         let (block, octant) = job.page.block();
-        let mut words = [0; CELLS_PER_BATCH];
         let own = octant_cells(octant);
-        let found = context.measure(block, (&job.list, own), &mut self.pruner, &mut words);
         let mut made = BakedPage {
             words: [0; 8],
             clear: [0; 8],
@@ -130,24 +141,35 @@ impl PageBaker<'_> {
             texels: Vec::new(),
             mixed: Vec::new(),
         };
-        for inner in (0..64u8).filter(|inner| own >> inner & 1 != 0) {
-            made.clear[page_cell(inner) as usize] = words[usize::from(inner)];
-        }
-        made.words = made.clear;
-        for (inner, range) in &found.cells {
-            let cell = page_cell(*inner);
-            made.words[cell as usize] = MISSING_BRICK;
-            if job.cells >> cell & 1 == 0 {
-                continue;
+        // The programs of all cells are in memory at once, so long ones come cell by cell.
+        let is_long = job.list.len() > LONG_LIST;
+        let single = (0..64).map(|inner| own & 1 << inner);
+        let batches = single.filter(|&one| is_long && one != 0);
+        for some in batches.chain((!is_long).then_some(own)) {
+            let mut words = [0; CELLS_PER_BATCH];
+            let listed = (&job.list[..], some);
+            let found = context.measure(block, listed, &mut self.pruner, &mut words);
+            for inner in (0..64u8).filter(|inner| some >> inner & 1 != 0) {
+                let cell = page_cell(inner) as usize;
+                (made.clear[cell], made.words[cell]) =
+                    (words[usize::from(inner)], words[usize::from(inner)]);
             }
-            let list = &found.instrs[range.clone()];
-            let into = (&mut made.texels, &mut made.mixed);
-            let brick = context.sample(((block), *inner), list, baker, into);
-            made.cells.push(BakedCell {
-                cell,
-                brick: brick.map(|brick| (brick.material, brick.is_flat)),
-            });
+            for (inner, range) in &found.cells {
+                let cell = page_cell(*inner);
+                made.words[cell as usize] = MISSING_BRICK;
+                if job.cells >> cell & 1 == 0 {
+                    continue;
+                }
+                let list = &found.instrs[range.clone()];
+                let into = (&mut made.texels, &mut made.mixed);
+                let brick = context.sample((block, *inner), list, baker, into);
+                made.cells.push(BakedCell {
+                    cell,
+                    brick: brick.map(|brick| (brick.material, brick.is_flat)),
+                });
+            }
         }
+        self.part_pruner = baker.pruner.take();
         made
     }
 }

@@ -289,13 +289,13 @@ impl Levels {
         slots: &[u32],
         cells: &[u8],
     ) -> Vec<BakedPage<T>> {
-        let mut lists = self.lists_of(context, slots);
+        let lists = self.lists_of(context, slots);
         let jobs: Vec<PageJob> = slots
             .iter()
             .zip(cells)
             .map(|(slot, &cells)| PageJob {
                 page: self.pages[*slot as usize],
-                list: lists.remove(slot).unwrap_or_default(),
+                list: lists[slot].clone(),
                 cells,
             })
             .collect();

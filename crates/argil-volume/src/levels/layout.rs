@@ -4,9 +4,9 @@ use argil_math::Aabb;
 use glam::IVec3;
 
 /// Voxels along the longest side of the coarsest level, at most.
-const ROOT_VOXELS: u32 = 64;
+const ROOT_VOXELS: u32 = 16;
 /// Maximum number of levels: 2²³ voxels, the most that a grid counts, and the coarsest.
-pub(crate) const MAX_LEVELS: u32 = 18;
+pub(crate) const MAX_LEVELS: u32 = 20;
 
 /// The layout of levels of detail.
 ///

@@ -6,6 +6,7 @@ use super::tree::Levels;
 use argil_abi::Instruction;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 /// Bytes of pages' programs that are kept.
 const LIST_BYTES: u64 = 16 << 20;
@@ -16,9 +17,9 @@ impl Levels {
         &mut self,
         context: &PageContext<'_>,
         slots: &[u32],
-    ) -> FxHashMap<u32, Vec<Instruction>> {
+    ) -> FxHashMap<u32, Arc<[Instruction]>> {
         // All pages on the way to the first known program, coarsest first.
-        let mut found: FxHashMap<u32, Vec<Instruction>> = FxHashMap::default();
+        let mut found: FxHashMap<u32, Arc<[Instruction]>> = FxHashMap::default();
         let mut unknown: Vec<u32> = Vec::new();
         for &slot in slots {
             let mut at = slot;
@@ -27,7 +28,7 @@ impl Levels {
                     break;
                 }
                 if let Some(list) = &self.lists[at as usize] {
-                    found.insert(at, list.to_vec());
+                    found.insert(at, list.clone());
                     break;
                 }
                 unknown.push(at);
@@ -49,7 +50,7 @@ impl Levels {
             let families: Vec<&[u32]> = same
                 .chunk_by(|&a, &b| page_above(a) == page_above(b))
                 .collect();
-            let own: Vec<Vec<(u32, Vec<Instruction>)>> = families
+            let own: Vec<Vec<(u32, Arc<[Instruction]>)>> = families
                 .par_iter()
                 .map_init(
                     || context.baker(),
@@ -63,7 +64,11 @@ impl Levels {
                             return family.iter().map(list).collect();
                         }
                         let above = first.parent / 8;
-                        let mut lists = baker.cell_lists(&pages[above as usize], &found[&above]);
+                        let cell_of = |slot: &u32| pages[*slot as usize].parent % 8;
+                        let cells = family.iter().map(cell_of);
+                        let cells = cells.fold(0, |all, cell| all | 1u8 << cell);
+                        let page = &pages[above as usize];
+                        let mut lists = baker.cell_lists(page, &found[&above], cells);
                         let own = family.iter().map(|&slot| {
                             let cell = pages[slot as usize].parent % 8;
                             (slot, std::mem::take(&mut lists[cell as usize]))
@@ -82,10 +87,11 @@ impl Levels {
             .sum();
         let mut room = LIST_BYTES.min(self.budget / 16).saturating_sub(kept as u64);
         for slot in unknown {
-            let bytes = size_of_val(&found[&slot][..]) as u64;
+            let list = &found[&slot];
+            let bytes = size_of_val(&list[..]) as u64;
             if bytes <= room {
                 room -= bytes;
-                self.lists[slot as usize] = Some(found[&slot].as_slice().into());
+                self.lists[slot as usize] = Some(list.clone());
             }
         }
         found

@@ -9,6 +9,7 @@ use crate::bricks::{BrickStore, places};
 use crate::{BrickCell, SampleFormat, is_brick};
 use argil_abi::Instruction;
 use glam::{IVec3, Vec3};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Bytes of a page without its bricks: its node, and for each cell its word, its child, and its last use.
@@ -55,7 +56,7 @@ pub struct Levels {
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
-    pub(super) lists: Vec<Option<Box<[Instruction]>>>,
+    pub(super) lists: Vec<Option<Arc<[Instruction]>>>,
     /// The last frame that used each cell.
     pub(super) used: Vec<AtomicU32>,
     /// The current frame. The first is 1.

@@ -10,6 +10,8 @@ use web_time::{Duration, Instant};
 
 /// Maximum images of one refinement. Each brings the next finer level.
 const MAX_PASSES: u32 = 64;
+/// How many times as short the sides of the first images are.
+const SHRINK: u32 = 4;
 
 impl World {
     /// Returns the levels of detail, or `None` for another representation.
@@ -59,11 +61,34 @@ impl World {
         if !matches!(self.representation, Representation::Levels(_)) {
             return Ok(done);
         }
+        // Small images bring most of what large ones need, level after level.
+        for shrink in [SHRINK, 1] {
+            let usual = self.set_pixel_error(|usual| usual / shrink as f32);
+            let passes = self.refine_passes(camera, settings, shrink).await;
+            self.set_pixel_error(|_| usual);
+            let own = passes?;
+            done += own;
+            if own.is_full {
+                break;
+            }
+        }
+        Ok(done)
+    }
+
+    /// Renders images whose sides are `shrink` times as short, and brings what they lack, until nothing is missing.
+    async fn refine_passes(
+        &mut self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        shrink: u32,
+    ) -> Result<FillStats, RenderError> {
         // Light comes from the field.
         let quick = RenderSettings {
             mode: RenderMode::Normal,
+            size: settings.size.map(|side| side.div_ceil(shrink)),
             ..*settings
         };
+        let mut done = FillStats::default();
         for _ in 0..MAX_PASSES {
             self.render_async(camera, &quick).await?;
             let Some(own) = self.fill_pages(f64::INFINITY) else {
@@ -75,5 +100,15 @@ impl World {
             }
         }
         Ok(done)
+    }
+
+    /// Changes the size of a voxel that a ray accepts. Returns the size before.
+    fn set_pixel_error(&mut self, change: impl FnOnce(f32) -> f32) -> f32 {
+        let Storage::Cpu(Volume::Levels(levels)) = &mut self.storage else {
+            return 1.0;
+        };
+        let usual = levels.pixel_error();
+        levels.set_pixel_error(change(usual));
+        usual
     }
 }
