@@ -37,7 +37,7 @@ fn main() {
             "{n} brushes: {ms:.1} ms ({:.1}, {:.1}, {:.1}), {} bricks, {:.2} times the first",
             stages.prune,
             stages.fill,
-            stages.settle,
+            stages.release,
             counts[k],
             ms / least
         );

@@ -51,7 +51,7 @@ pub fn heights() -> Shape {
         _ => 0.3 + 0.07 * ((3 * i + 5 * k) % 4) as f32,
     };
     let all: Vec<f32> = (0..63).map(|i| height(i % 9, i / 9)).collect();
-    let grid = SampledGrid::of_heights([9, 7], &all).expect("heights from 0 to 1");
+    let grid = SampledGrid::from_heights([9, 7], &all).expect("heights from 0 to 1");
     Shape::Heightmap {
         path: "ground.png".into(),
         half_size: [0.8, 0.6],

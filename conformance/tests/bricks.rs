@@ -525,15 +525,15 @@ fn colors_and_blends_survive_baking() {
                 if d[0].abs() > 0.3 * layout.voxel_grid.voxel_size {
                     continue;
                 }
-                let outwards = program.gradient(p).1.normalize_or_zero();
-                let stored = bricks.material(p, outwards, palette);
+                let outward = program.gradient(p).1.normalize_or_zero();
+                let stored = bricks.material(p, outward, palette);
                 let stored = stored.expect("a brick is there");
                 let gap = material_gap(&stored, &exact[0]);
                 near += 1;
                 total += gap;
                 off += usize::from(gap > 0.15);
                 let other = bricks
-                    .material(p, outwards, &turned)
+                    .material(p, outward, &turned)
                     .expect("a brick is there");
                 off_turned += usize::from(material_gap(&other, &exact[0]) > 0.15);
             }

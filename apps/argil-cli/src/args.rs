@@ -83,7 +83,7 @@ pub(crate) struct RenderArgs {
     /// look-up in progress is always completed
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub max_steps: Option<u32>,
-    /// Distance below which a ray hits, in the scene's unit [default: 1e-4 of the scene's radius, or 0.02 voxels]
+    /// Distance at which a ray counts as a hit, in the scene's unit [default: 1e-4 of the scene's radius, or 0.02 voxels]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive)]
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference, in the scene's unit [default: 5e-4 of the scene's radius, or a voxel]
@@ -109,7 +109,7 @@ pub(crate) struct RenderArgs {
 /// How to build a volume, and how to march an octree.
 #[derive(Args, Clone, Default, PartialEq)]
 pub(crate) struct VolumeArgs {
-    /// Voxels along the longest side of the scene's box [default: 256; of the finest level 16384]
+    /// Voxels along the longest side of the scene's box [default: 256; levels: 16384 at the finest level]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub resolution: Option<u32>,
     /// Bricks, levels, and meshes of the field: edge of a voxel in the scene's unit, instead of --resolution

@@ -176,19 +176,18 @@ fn replay(
 }
 
 /// Maximum length of a line in an edit log, in bytes.
-const MOST_LINE_BYTES: u64 = 64 << 20;
+const MAX_LINE_BYTES: u64 = 64 << 20;
 
 /// Reads the next line, without its line end.
 fn next_line(file: &mut impl BufRead) -> anyhow::Result<Option<String>> {
     let mut line = Vec::new();
-    file.take(MOST_LINE_BYTES + 1)
-        .read_until(b'\n', &mut line)?;
+    file.take(MAX_LINE_BYTES + 1).read_until(b'\n', &mut line)?;
     if line.is_empty() {
         return Ok(None);
     }
     ensure!(
-        line.len() as u64 <= MOST_LINE_BYTES,
-        "this line is longer than the limit, {MOST_LINE_BYTES} bytes"
+        line.len() as u64 <= MAX_LINE_BYTES,
+        "this line is longer than the limit, {MAX_LINE_BYTES} bytes"
     );
     let line = String::from_utf8(line).context("this line is not UTF-8")?;
     Ok(Some(line.trim_end_matches(['\r', '\n']).to_owned()))

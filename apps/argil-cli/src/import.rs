@@ -28,7 +28,7 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
         options.file.display()
     );
     let (mut scene, loaded) = if is_sampled {
-        of_file(options)?
+        from_file(options)?
     } else {
         refuse_scenes(&options.file)?;
         (Scene::import_tree(&options.file)?, None)
@@ -115,13 +115,13 @@ fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
 }
 
 /// Creates a scene that contains one mesh or heightmap.
-fn of_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
+fn from_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let file = match options.thickness {
         Some(thickness) => thickened(options, thickness)?,
         None => options.file.clone(),
     };
     let path = input::from_folder(&file, &options.output)?;
-    let mut shape = Shape::of_file(path);
+    let mut shape = Shape::from_file(path);
     if let (Some((_, resolution, _)), Some(wanted)) = (shape.file_mut(), options.resolution) {
         *resolution = wanted;
     }

@@ -86,7 +86,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         }
         None => Vec::new(),
     };
-    tell(options, &world, &meshed, &coarser);
+    print_report(options, &world, &meshed, &coarser);
     Ok(())
 }
 
@@ -164,7 +164,12 @@ fn write_options(
     Ok(MeshWriteOptions { axes, scale })
 }
 
-fn tell(options: &MeshArgs, world: &World, meshed: &MeshOutput, lods: &[(PathBuf, MeshOutput)]) {
+fn print_report(
+    options: &MeshArgs,
+    world: &World,
+    meshed: &MeshOutput,
+    lods: &[(PathBuf, MeshOutput)],
+) {
     let report = &meshed.report;
     let stages = meshed.stages_ms.iter();
     let stages: serde_json::Map<_, _> = stages

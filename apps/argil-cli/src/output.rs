@@ -69,14 +69,39 @@ pub(crate) fn count(number: impl std::fmt::Display, one: &str) -> String {
     format!("{number} {one}{ending}")
 }
 
-/// Prints a line of a report for people.
+/// Prints a line of a human-readable report.
 pub(crate) fn pair(key: &str, value: &Value) {
-    let text = value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned);
+    let text = readable(value);
     if !text.is_empty() {
-        line(&format!("{:16} {text}", key.replace('_', " ")));
+        line(&format!("{:18} {text}", key.replace('_', " ")));
     }
+}
+
+/// Formats a value: numbers with up to six significant digits, lists in brackets, and objects as names and values.
+fn readable(value: &Value) -> String {
+    let all = |texts: Vec<String>| texts.join(", ");
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
+        Value::Array(values) => format!("[{}]", all(values.iter().map(readable).collect())),
+        Value::Object(map) => {
+            let pair = |(key, value): (&String, &Value)| {
+                format!("{} {}", key.replace('_', " "), readable(value))
+            };
+            all(map.iter().map(pair).collect())
+        }
+        _ => value.to_string(),
+    }
+}
+
+/// Formats a number with up to six significant digits.
+fn rounded(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let digits = 5 - value.abs().log10().floor() as i32;
+    let unit = 10f64.powi(digits);
+    ((value * unit).round() / unit).to_string()
 }
 
 /// Describes a volume.

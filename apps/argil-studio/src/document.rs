@@ -40,12 +40,12 @@ pub struct Document {
 }
 
 /// Maximum nesting of groups in a copy, so that a journal can be read again.
-const DEEPEST: usize = 50;
+const MAX_DEPTH: usize = 50;
 
 fn check_depth(tree: &NodeTree) -> anyhow::Result<()> {
     anyhow::ensure!(
-        tree.depth() <= DEEPEST,
-        "groups that are nested more than {DEEPEST} deep cannot be copied"
+        tree.depth() <= MAX_DEPTH,
+        "groups that are nested more than {MAX_DEPTH} deep cannot be copied"
     );
     Ok(())
 }

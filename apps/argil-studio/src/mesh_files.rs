@@ -13,7 +13,7 @@ pub(crate) type Named = (String, u32);
 
 /// Returns an empty placeholder. For a missing image it is flat ground.
 pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
-    let flat = || SampledGrid::of_heights([2, 2], &[0.0; 4]);
+    let flat = || SampledGrid::from_heights([2, 2], &[0.0; 4]);
     if let Some(flat) = is_image(path).then(flat).flatten() {
         return Arc::new(flat);
     }
@@ -28,13 +28,13 @@ pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
 
 /// Returns the default resolution: samples of a mesh, or posts of a heightmap, along the longest side.
 pub(crate) fn usual_resolution(path: &str) -> u32 {
-    Shape::of_file(path).file().map_or(64, |(_, own, _)| own)
+    Shape::from_file(path).file().map_or(64, |(_, own, _)| own)
 }
 
 /// Creates a scene of one brush.
 pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     let mut scene = Scene::new();
-    let mut shape = Shape::of_file(path.clone());
+    let mut shape = Shape::from_file(path.clone());
     if let Some((_, own, _)) = shape.file_mut() {
         *own = *resolution;
     }

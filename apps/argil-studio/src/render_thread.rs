@@ -182,7 +182,7 @@ impl RenderThread {
     }
 
     /// Returns the maximum number of pixels per image.
-    pub(crate) fn most_pixels(&self) -> u64 {
+    pub(crate) fn max_pixels(&self) -> u64 {
         self.engine.max_pixels()
     }
 

@@ -104,7 +104,7 @@ impl ViewState {
         let mut pipelines = vec![session.preferences.pipeline];
         pipelines.extend(view.split.filter(|p| *p != session.preferences.pipeline));
         // A screen may have more pixels than the device can render at once.
-        let most = session.renderer.most_pixels() as f32;
+        let most = session.renderer.max_pixels() as f32;
         let fits = (most / (pixels.x * pixels.y)).sqrt().min(1.0);
         let full = [pixels.x, pixels.y].map(|n| ((fits * n) as u32).clamp(1, 4096));
         let request = |size: [u32; 2], is_still: bool| RenderRequest {

@@ -78,11 +78,11 @@ impl Program {
     }
 
     /// Returns the largest jump of distances from a list of instructions.
-    pub fn jump_of(&self, instrs: &[Instruction]) -> f32 {
+    pub fn jump_of(&self, instructions: &[Instruction]) -> f32 {
         if self.slack + self.hidden_slack == 0.0 {
             return 0.0;
         }
-        let jumps = instrs.iter().map(|instr| match instr.op {
+        let jumps = instructions.iter().map(|instr| match instr.op {
             abi::OP_REPEAT => self.params[instr.params as usize + REPEAT_WORDS - 1],
             abi::OP_RADIAL => self.params[instr.params as usize + RADIAL_WORDS - 1],
             _ => 0.0,
@@ -97,8 +97,8 @@ impl Program {
     }
 
     /// Returns the error of a list's distances in the region: jumps, and the rounding of `f32`.
-    pub(crate) fn list_slack(&self, instrs: &[Instruction], region: Aabb) -> f32 {
-        self.jump_of(instrs) + self.rounding(region)
+    pub(crate) fn list_slack(&self, instructions: &[Instruction], region: Aabb) -> f32 {
+        self.jump_of(instructions) + self.rounding(region)
     }
 
     /// Returns the error that `f32` arithmetic can add to a distance in the box.
@@ -119,7 +119,7 @@ impl Program {
     }
 }
 
-/// Tells how far around a point no surface lies. `clear_radius` in `bricks/build.wgsl` of argil-volume is the twin.
+/// A lower bound of the distance from a point to the surface. `plain_radius` in `bricks/build.wgsl` of argil-volume is the twin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearanceModel {
     /// The error of a distance.

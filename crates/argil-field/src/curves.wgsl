@@ -101,7 +101,7 @@ fn curve3(p: vec3<f32>, t: f32, w: u32) -> vec3<f32> {
     );
 }
 
-fn ball(p: vec3<f32>, t: f32, w: u32) -> f32 {
+fn sphere_box(p: vec3<f32>, t: f32, w: u32) -> f32 {
     let q = curve3(p, t, w);
     return length3(q.x, q.y, q.z) - (t * params[w + 10u] + params[w + 9u]);
 }
@@ -112,7 +112,7 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
     var at = 0.0;
     for (var i = 0u; i <= TUBE_SAMPLES; i++) {
         let t = f32(i) * step;
-        let d = ball(p, t, w);
+        let d = sphere_box(p, t, w);
         if d < best {
             best = d;
             at = t;
@@ -133,7 +133,7 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
             + (q.x * (2.0 * params[w + 6u]) + q.y * (2.0 * params[w + 7u]) + q.z * (2.0 * params[w + 8u]));
         t = clamp(t - pull / max(slope, speed * 0.05 + 1e-12), low, high);
     }
-    return min(best, ball(p, t, w));
+    return min(best, sphere_box(p, t, w));
 }
 
 fn sd_spline_tube(p: vec3<f32>, w: u32) -> f32 {

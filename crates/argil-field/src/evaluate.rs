@@ -11,27 +11,31 @@ use multiversion::multiversion;
 use std::array;
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn run_distances(program: &Program, instrs: &[Instruction], registers: &mut InterpreterState<f32>) {
-    run::<f32, false>(program, instrs, registers, Carried::Nothing);
+fn run_distances(
+    program: &Program,
+    instructions: &[Instruction],
+    registers: &mut InterpreterState<f32>,
+) {
+    run::<f32, false>(program, instructions, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn run_gradients(
     program: &Program,
-    instrs: &[Instruction],
+    instructions: &[Instruction],
     registers: &mut InterpreterState<Dual>,
 ) {
-    run::<Dual, false>(program, instrs, registers, Carried::Nothing);
+    run::<Dual, false>(program, instructions, registers, Carried::Nothing);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn run_parallel(
     program: &Program,
-    instrs: &[Instruction],
+    instructions: &[Instruction],
     registers: &mut InterpreterState<f32>,
     carried: Carried,
 ) {
-    run::<f32, true>(program, instrs, registers, carried);
+    run::<f32, true>(program, instructions, registers, carried);
 }
 
 /// Evaluates a program for one thread, batch after batch. Create one per thread and keep it, because it allocates
@@ -87,13 +91,13 @@ impl<'a> Evaluator<'a> {
     /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn distances_with(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         x: &[f32],
         y: &[f32],
         z: &[f32],
         out: &mut [f32],
     ) {
-        self.distances_from(FAR, instrs, [x, y, z], out);
+        self.distances_from(FAR, instructions, [x, y, z], out);
     }
 
     /// Computes distances with a pruned list that continues from a constant distance, instead of an empty scene.
@@ -103,7 +107,7 @@ impl<'a> Evaluator<'a> {
     pub fn distances_from(
         &mut self,
         start: f32,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         points: [&[f32]; 3],
         out: &mut [f32],
     ) {
@@ -115,7 +119,7 @@ impl<'a> Evaluator<'a> {
         for (lanes, from) in plain.point.iter_mut().zip(points) {
             load(lanes, from, plain.active);
         }
-        run_distances(self.program, instrs, plain);
+        run_distances(self.program, instructions, plain);
         plain.start = FAR;
         out.copy_from_slice(&plain.acc.0[..n]);
     }
@@ -141,7 +145,7 @@ impl<'a> Evaluator<'a> {
     /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn gradients_with(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         [x, y, z]: [&[f32]; 3],
         out: &mut [f32],
         gradients: [&mut [f32]; 3],
@@ -156,7 +160,7 @@ impl<'a> Evaluator<'a> {
                 ones.0[..dual.active].fill(if along == k { 1.0 } else { 0.0 });
             }
         }
-        run_gradients(self.program, instrs, dual);
+        run_gradients(self.program, instructions, dual);
         out.copy_from_slice(&dual.acc.0[0].0[..n]);
         for (k, gradient) in gradients.into_iter().enumerate() {
             gradient.copy_from_slice(&dual.acc.0[1 + k].0[..n]);
@@ -184,7 +188,7 @@ impl<'a> Evaluator<'a> {
     /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
     pub fn materials_with(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         [x, y, z]: [&[f32]; 3],
         out: &mut [f32],
         materials: &mut [GpuMaterial],
@@ -201,7 +205,7 @@ impl<'a> Evaluator<'a> {
             plain.material[k] = f32::splat(first.base_roughness[k]);
             plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
         }
-        run_parallel(self.program, instrs, plain, Carried::Materials);
+        run_parallel(self.program, instructions, plain, Carried::Materials);
         out.copy_from_slice(&plain.acc.0[..n]);
         for (i, material) in materials.iter_mut().enumerate() {
             material.base_roughness = array::from_fn(|k| plain.material[k].0[i]);

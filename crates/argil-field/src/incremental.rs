@@ -1,10 +1,4 @@
 //! A program that follows a scene edit by edit, at the cost of what an edit touches.
-//!
-//! *Practice.* Each [piece](crate::pieces) is lowered by itself. Its parameters live in a table that all pieces
-//! share. A coarse grid of parts knows which pieces can matter in each part, by their boxes grown as far as [dirty
-//! boxes](argil_scene::SceneChange) reach. A part's program consists of them, in the scene's order, with the joints
-//! of their groups. In the part, it gives the scene's distances below the program's far length. Finding a piece's
-//! place in the order remains linear in the operands of a group, with a small factor.
 
 mod additions;
 mod arena;
@@ -53,6 +47,12 @@ pub struct UpdateOutcome {
 ///
 /// Create it from a scene, then [update](Self::update) it after each change. [`IncrementalProgram::part_program`]
 /// returns the instructions of a part of space.
+///
+/// *Practice.* Each piece is lowered by itself. Its parameters live in a table that all pieces
+/// share. A coarse grid of parts knows which pieces can matter in each part, by their boxes grown as far as [dirty
+/// boxes](argil_scene::SceneChange) reach. A part's program consists of them, in the scene's order, with the joints
+/// of their groups. In the part, it gives the scene's distances below the program's far length. Finding a piece's
+/// place in the order remains linear in the operands of a group, with a small factor.
 #[derive(Debug)]
 pub struct IncrementalProgram {
     /// The tables, and what holds for the whole scene. Its list is empty.
@@ -200,21 +200,21 @@ impl IncrementalProgram {
         let old = std::mem::take(&mut self.update).touched;
         let old = old.unwrap_or_default().before.into_iter();
         self.arena.begin(old.map(|old| old.params).chain(gone));
-        let mut told = ChangeSet::default();
+        let mut changes_made = ChangeSet::default();
         let had_morphs = self.counts.morphs > 0;
         for &node in &units {
-            self.take_out(node, &mut told);
+            self.take_out(node, &mut changes_made);
         }
-        let mut plain = told.before.iter().all(Operand::is_plain);
-        self.update.touched_ends |= told.before.iter().any(Operand::ends);
+        let mut plain = changes_made.before.iter().all(Operand::is_plain);
+        self.update.touched_ends |= changes_made.before.iter().any(Operand::ends);
         for (node, group, items) in there {
-            let pieces = self.place(items, group, &mut told.stretches);
+            let pieces = self.place(items, group, &mut changes_made.stretches);
             let (mut rank, step) = self.ranks_for(scene, node, pieces.len() as u64);
             for (node, mut operand) in pieces {
                 rank += step;
                 operand.rank = rank;
                 plain &= operand.is_plain();
-                told.after.insert(node);
+                changes_made.after.insert(node);
                 self.update.touched_ends |= operand.ends();
                 if operand.adds() {
                     self.update.put = self.update.put.union(operand.extent.aabb);
@@ -233,10 +233,10 @@ impl IncrementalProgram {
         let has_morphs = had_morphs || self.counts.morphs > 0;
         self.update.is_collected = !has_morphs && !self.update.renumbered;
         if self.update.is_collected {
-            self.collect_changes(&mut told);
+            self.collect_changes(&mut changes_made);
         }
         // Kept for their parameters, whether they are collected or not.
-        self.update.touched = Some(told);
+        self.update.touched = Some(changes_made);
         if !plain || !self.tables.loose.is_empty() {
             self.recompute_regularity();
         }
@@ -275,11 +275,11 @@ impl IncrementalProgram {
         let own = std::mem::take(&mut operand.own_params);
         let length = own.len() as u32;
         let at = self.arena.put(&mut self.tables.params, &own);
-        for instr in &mut operand.instrs {
+        for instr in &mut operand.instructions {
             instr.params += at;
         }
         operand.params = (at, length);
-        self.length += operand.instrs.len();
+        self.length += operand.instructions.len();
         self.iterations += operand.iterations;
         self.opcodes = self.opcodes.union(operand.opcodes);
         let slots = (&mut self.tables.value_slots, &mut self.tables.point_slots);
@@ -294,7 +294,7 @@ impl IncrementalProgram {
     /// Removes an operand. Its parameters stay.
     fn remove(&mut self, node: NodeId) -> Option<Operand> {
         let operand = self.operands.remove(&node)?;
-        self.length -= operand.instrs.len();
+        self.length -= operand.instructions.len();
         self.iterations -= operand.iterations;
         self.order.remove(&operand.rank);
         self.index.remove(&operand, &self.groups);
@@ -307,7 +307,7 @@ impl IncrementalProgram {
     fn recompute_regularity(&mut self) {
         let parent_of = |group: u32| self.groups.parent_of(group);
         let operator_of = |group: u32| self.groups.operator_of(group);
-        let told = |node: &NodeId| {
+        let piece_info = |node: &NodeId| {
             let own = &self.operands[node];
             own.visible.then_some(PieceInfo {
                 group: own.group,
@@ -316,12 +316,12 @@ impl IncrementalProgram {
                 extent: own.extent,
             })
         };
-        let first_last = self.order.values().filter_map(told);
+        let first_last = self.order.values().filter_map(piece_info);
         let all = regularity_of(first_last, parent_of, operator_of);
         let loose = if all.slack + all.hidden == 0.0 {
             Vec::new()
         } else {
-            let last_first = self.order.values().rev().filter_map(told);
+            let last_first = self.order.values().rev().filter_map(piece_info);
             loose_of(last_first, parent_of, operator_of, all)
         };
         let before = std::mem::replace(&mut self.tables.loose, loose);

@@ -32,7 +32,7 @@ const AHEAD: usize = 4;
 #[inline(always)]
 pub(crate) fn run<R: Real, const APART: bool>(
     program: &Program,
-    instrs: &[abi::Instruction],
+    instructions: &[abi::Instruction],
     r: &mut InterpreterState<R>,
     carried: Carried,
 ) {
@@ -44,27 +44,35 @@ pub(crate) fn run<R: Real, const APART: bool>(
     let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
     let params = &program.params[..];
     // Caches hold the parameters of short lists.
-    let is_long = instrs.len() > 64;
+    let is_long = instructions.len() > 64;
     let mut pc = 0;
     while let Some(&abi::Instruction {
         op,
         params: at,
         operand,
         ..
-    }) = instrs.get(pc)
+    }) = instructions.get(pc)
     {
-        if is_long && let Some(later) = instrs.get(pc + AHEAD) {
+        if is_long && let Some(later) = instructions.get(pc + AHEAD) {
             prefetch(params, later.params as usize);
         }
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
-            brush::<R, APART>(program, r, &instrs[pc - 1], pc - 1, [materials, marks]);
+            brush::<R, APART>(
+                program,
+                r,
+                &instructions[pc - 1],
+                pc - 1,
+                [materials, marks],
+            );
             continue;
         }
         match op {
             abi::OP_PUSH_VALUE => save_value(r, materials),
-            abi::OP_COMBINE => combine(r, params, &instrs[pc - 1], pc - 1, [materials, marks]),
+            abi::OP_COMBINE => {
+                combine(r, params, &instructions[pc - 1], pc - 1, [materials, marks])
+            }
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => {
@@ -75,7 +83,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
             abi::OP_ELONGATE => elongate(r, words(params, at)),
             abi::OP_REPEAT | abi::OP_RADIAL => begin_copies(r, params, op, at, materials),
             abi::OP_NEXT => {
-                let begin = &instrs[operand as usize];
+                let begin = &instructions[operand as usize];
                 if next(r, params, begin, materials) {
                     pc = operand as usize + 1;
                 }

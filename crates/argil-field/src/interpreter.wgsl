@@ -49,7 +49,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
     var pc = 0u;
     while pc < list_length() {
         let own = listed(pc);
-        let instr = instrs[own];
+        let instr = instructions[own];
         let w = instr.params;
         mark_at(pc, loop_top);
         pc++;
@@ -106,7 +106,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 point = candidate(instr, point, 0u);
             }
             case OP_NEXT: {
-                let begin = instrs[instr.operand];
+                let begin = instructions[instr.operand];
                 let done = loops[loop_top - 1u] + 1u;
                 loops[loop_top - 1u] = done;
                 // Keep the nearer of this copy and the nearest before it.

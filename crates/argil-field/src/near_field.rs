@@ -1,11 +1,4 @@
 //! Distances in a scene of many brushes, at a cost that hardly depends on their number.
-//!
-//! *Theory.* A ray marcher, or an occlusion test, treats all distances beyond some length the same. Below that far
-//! length, a point's distance depends only on what is near.
-//!
-//! *Practice.* Grids of parts, each twice as coarse as the one before, know which pieces can matter in a part for
-//! distances below the grid's far length. The first thread that asks for a point in a part prunes its program. A
-//! point uses the finest grid first. If its distance is not below the far length, it uses the next.
 
 use crate::part_grid::PartGrid;
 use crate::spans::OperandSpan;
@@ -34,6 +27,13 @@ const SHORT: usize = 16;
 
 /// Pruned programs near each point, shared by all threads. Create one per program, and a [`NearEvaluator`] per
 /// thread.
+///
+/// *Theory.* A ray marcher, or an occlusion test, treats all distances beyond some length the same. Below that far
+/// length, a point's distance depends only on what is near.
+///
+/// *Practice.* Grids of parts, each twice as coarse as the one before, know which pieces can matter in a part for
+/// distances below the grid's far length. The first thread that asks for a point in a part prunes its program. A
+/// point uses the finest grid first. If its distance is not below the far length, it uses the next.
 #[derive(Debug)]
 pub struct NearField<'a> {
     program: &'a Program,

@@ -41,7 +41,7 @@ impl OpcodeSet {
     }
 
     /// Returns the WGSL twins: shapes, operators and an interpreter of these opcodes. The module must declare the
-    /// tables `instrs: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
+    /// tables `instructions: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
     /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
         self.interpreter() + include_str!("unpruned.wgsl")

@@ -177,9 +177,9 @@ impl OperandIndex {
 }
 
 /// Appends a piece's instructions, which begin at `begin` in the program.
-fn append_span(instrs: &[Instruction], begin: u32, out: &mut Vec<Instruction>) {
+fn append_span(instructions: &[Instruction], begin: u32, out: &mut Vec<Instruction>) {
     let from = out.len();
-    append(instrs, out);
+    append(instructions, out);
     for instr in &mut out[from..] {
         if instr.op == argil_abi::OP_NEXT {
             instr.operand -= begin;

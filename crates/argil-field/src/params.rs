@@ -3,7 +3,7 @@
 use crate::dispatch::op;
 use argil_math::Aabb;
 use argil_scene::{
-    Path2, Shape, ShapeParameter, SplinePoint, shape_table, spline_pieces, text_outlines,
+    Path2, Shape, ShapeParameter, SplinePoint, shape_table, spline_segments, text_outlines,
 };
 use glam::{Vec2, Vec3};
 
@@ -130,7 +130,7 @@ fn tube_words([from, control, to]: [[f32; 3]; 3], [from_radius, to_radius]: [f32
 /// Returns the number of segments, and the box and the curve of each.
 fn spline_words(points: &[SplinePoint]) -> Vec<f32> {
     let mut words = vec![2.0 * (points.len() - 1) as f32];
-    for ([a, b, c], radii) in spline_pieces(points) {
+    for ([a, b, c], radii) in spline_segments(points) {
         let held = Aabb::around([a, b, c]).grown(radii[0].max(radii[1]));
         words.extend([held.min.to_array(), held.max.to_array()].concat());
         words.extend(tube_words([a, b, c].map(|p| p.to_array()), radii));

@@ -1,11 +1,4 @@
 //! Pruned programs in a tree, created when a point is first asked about.
-//!
-//! *Theory.* The instructions that a [`Pruner`] leaves for a cell give the program's values everywhere in the cell,
-//! however far the surface is. So programs can be refined from coarse to fine. The cost of a point depends only on
-//! the operands that are about as near as the nearest one, within a cell's size.
-//!
-//! *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All
-//! programs together are limited in memory. If the limit is reached, coarser programs serve. Threads share a tree.
 
 use crate::curves::SIMD_BLOCK;
 use crate::{LANES, Program, Pruner, WORLD_LIMIT};
@@ -41,6 +34,13 @@ const MAX_BYTES_TOTAL: i64 = 1 << 21;
 /// A tree of pruned programs.
 ///
 /// [`ProgramTree::program_at`] returns the program for a point, and the cell where it holds.
+///
+/// *Theory.* The instructions that a [`Pruner`] leaves for a cell give the program's values everywhere in the cell,
+/// however far the surface is. So programs can be refined from coarse to fine. The cost of a point depends only on
+/// the operands that are about as near as the nearest one, within a cell's size.
+///
+/// *Practice.* A cube around the program is cut into 2³ cells, and those again, where points are asked about. All
+/// programs together are limited in memory. If the limit is reached, coarser programs serve. Threads share a tree.
 #[derive(Debug)]
 pub struct ProgramTree {
     corner: Vec3,

@@ -1,15 +1,4 @@
 //! Finds the instructions that can matter in a cell.
-//!
-//! *Theory.* Distances change by at most the Lipschitz constant times the way. In a sphere of radius R around a
-//! point, an operand that loses there by more than 2·L·R and the blend radius loses everywhere, and the joint
-//! returns the winner, bit for bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of
-//! primitive-based SDFs", 2025). A cell's pruned program is the program of its children, and so on.
-//!
-//! *Practice.* [`Pruner::classify_cells`] measures up to [`CELLS_PER_BATCH`] cells that share a program, one per
-//! lane. [`Pruner::prune_into`] writes the pruned program of one of them. Unlike in the paper, the program is a
-//! flat list with frames and groups. An empty frame is dropped too. Loops over copies stay whole, and report their
-//! largest jump. A cut or an intersection never drops what it cuts, because its material may show. A union drops
-//! either operand.
 
 use crate::Program;
 use crate::curves::SIMD_BLOCK;
@@ -26,6 +15,33 @@ const _: () =
     assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
 
 /// Prunes a program for one thread. Create one per thread and keep it.
+///
+/// *Theory.* Distances change by at most the Lipschitz constant times the way. In a sphere of radius R around a
+/// point, an operand that loses there by more than 2·L·R and the blend radius loses everywhere, and the joint
+/// returns the winner, bit for bit (Barbier et al., "Lipschitz pruning: hierarchical simplification of
+/// primitive-based SDFs", 2025). A cell's pruned program is the program of its children, and so on.
+///
+/// *Practice.* [`Pruner::classify_cells`] measures up to [`CELLS_PER_BATCH`] cells that share a program, one per
+/// lane. [`Pruner::prune_into`] writes the pruned program of one of them. Unlike in the paper, the program is a
+/// flat list with frames and groups. An empty frame is dropped too. Loops over copies stay whole, and report their
+/// largest jump. A cut or an intersection never drops what it cuts, because its material may show. A union drops
+/// either operand.
+///
+/// ```
+/// use argil_field::{Program, Pruner};
+/// use argil_scene::{Scene, Shape};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(0.5))?;
+/// scene.push(Shape::sphere(0.5).at([10.0, 0.0, 0.0]))?;
+/// let program = Program::lower(&scene)?;
+/// let mut pruner = Pruner::new(&program);
+/// let mut distance = [0.0];
+/// pruner.classify_cells(program.instructions(), &[[0.5, 0.0, 0.0].into()], 0.1, &mut distance);
+/// let mut pruned = Vec::new();
+/// pruner.prune_into(program.instructions(), 0, &mut pruned);
+/// assert_eq!((program.instructions().len(), pruned.len()), (2, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Pruner<'a> {
     program: &'a Program,
@@ -56,7 +72,7 @@ impl<'a> Pruner<'a> {
     /// If there are more than [`CELLS_PER_BATCH`] cells, or `out` has another length.
     pub fn classify_cells(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         centers: &[Vec3],
         half_diagonal: f32,
         out: &mut [f32],
@@ -73,14 +89,14 @@ impl<'a> Pruner<'a> {
         }
         let region = Aabb::around(centers.iter().copied()).grown(half_diagonal);
         let change = self.program.lipschitz() * half_diagonal * 1.000_01;
-        r.margin = 2.0 * (change + self.program.list_slack(instrs, region));
+        r.margin = 2.0 * (change + self.program.list_slack(instructions, region));
         r.marks.clear();
-        r.marks.resize(instrs.len(), Marks::default());
-        run_parallel(self.program, instrs, r, Carried::Marks);
+        r.marks.resize(instructions.len(), Marks::default());
+        run_parallel(self.program, instructions, r, Carried::Marks);
         self.skipped.clear();
-        let runs = instrs.chunks(RUN).zip(r.marks.chunks(RUN));
-        self.skipped.extend(runs.map(|(instrs, marks)| {
-            let all = instrs.iter().zip(marks);
+        let runs = instructions.chunks(RUN).zip(r.marks.chunks(RUN));
+        self.skipped.extend(runs.map(|(instructions, marks)| {
+            let all = instructions.iter().zip(marks);
             all.fold(u64::MAX, |skipped, (instr, marks)| {
                 let is_brush = instr.op < abi::OP_SHAPES_END;
                 skipped & if is_brush { marks.drop_b } else { 0 }
@@ -98,29 +114,29 @@ impl<'a> Pruner<'a> {
     /// Subtractive brushes always count, because removing one brings the surface nearer.
     ///
     /// # Panics
-    /// If `instrs` is not the classified program.
+    /// If `instructions` is not the classified program.
     pub fn affected_cells(
         &self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         is_one: impl Fn(&Instruction) -> bool,
     ) -> u64 {
         let mut needed = 0;
-        self.for_each_affected(instrs, is_one, |cells| needed |= cells);
+        self.for_each_affected(instructions, is_one, |cells| needed |= cells);
         needed
     }
 
     /// Returns how many of the selected instructions may matter in a cell.
     ///
     /// # Panics
-    /// If `instrs` is not the classified program.
+    /// If `instructions` is not the classified program.
     pub fn affected_count(
         &self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: usize,
         is_one: impl Fn(&Instruction) -> bool,
     ) -> usize {
         let mut count = 0;
-        self.for_each_affected(instrs, is_one, |cells| {
+        self.for_each_affected(instructions, is_one, |cells| {
             count += (cells >> cell & 1) as usize
         });
         count
@@ -129,15 +145,15 @@ impl<'a> Pruner<'a> {
     /// Calls `visit` with each selected instruction, and the cells in which it may matter.
     fn for_each_affected(
         &self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         is_one: impl Fn(&Instruction) -> bool,
         mut tell: impl FnMut(u64),
     ) {
         let marks = &self.registers.marks;
-        assert_eq!(marks.len(), instrs.len(), "the list that was marked");
+        assert_eq!(marks.len(), instructions.len(), "the list that was marked");
         // Cells in which a later brush covers everything before it in the same group.
         let mut wiped = 0;
-        for (instr, marks) in instrs.iter().zip(marks).rev() {
+        for (instr, marks) in instructions.iter().zip(marks).rev() {
             if instr.op >= abi::OP_SHAPES_END {
                 wiped = 0;
                 if is_one(instr) {
@@ -158,15 +174,20 @@ impl<'a> Pruner<'a> {
     /// classified program.
     ///
     /// # Panics
-    /// If `instrs` is not the classified program.
+    /// If `instructions` is not the classified program.
     #[doc(alias = "simplify")]
-    pub fn prune_into(&mut self, instrs: &[Instruction], cell: usize, out: &mut Vec<Instruction>) {
+    pub fn prune_into(
+        &mut self,
+        instructions: &[Instruction],
+        cell: usize,
+        out: &mut Vec<Instruction>,
+    ) {
         let marks = &self.registers.marks;
-        assert_eq!(marks.len(), instrs.len(), "the list that was marked");
+        assert_eq!(marks.len(), instructions.len(), "the list that was marked");
         let begin = out.len();
         self.writer.clear(begin);
         let mut at = 0;
-        while let (Some(instr), Some(marks)) = (instrs.get(at), marks.get(at)) {
+        while let (Some(instr), Some(marks)) = (instructions.get(at), marks.get(at)) {
             if at.is_multiple_of(RUN) && self.skipped[at / RUN] >> cell & 1 != 0 {
                 at += RUN;
                 continue;
@@ -183,7 +204,7 @@ impl<'a> Pruner<'a> {
                     let mut open = 1;
                     out.push(*instr);
                     while open > 0
-                        && let Some(inner) = instrs.get(at)
+                        && let Some(inner) = instructions.get(at)
                     {
                         at += 1;
                         match inner.op {
@@ -208,9 +229,9 @@ impl<'a> Pruner<'a> {
 }
 
 /// Points each end of a loop at its beginning, which has moved.
-fn close_loops(instrs: &mut [Instruction]) {
+fn close_loops(instructions: &mut [Instruction]) {
     let mut open = Vec::new();
-    for (at, instr) in instrs.iter_mut().enumerate() {
+    for (at, instr) in instructions.iter_mut().enumerate() {
         match instr.op {
             abi::OP_REPEAT | abi::OP_RADIAL => open.push(at as u32),
             abi::OP_NEXT => instr.operand = open.pop().expect("each end of a loop has a beginning"),

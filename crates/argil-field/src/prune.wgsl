@@ -1,5 +1,5 @@
 // GPU version of prune.rs, one cell per thread. The pruned program of a cell is a range of `lists`, which contains
-// indices into `instrs`.
+// indices into `instructions`.
 //
 // Marks of a joint take two bits. A backward walk over the list turns them into one bit per instruction that stays:
 // backward, the replacement of an operand is known before the operand is reached.
@@ -45,7 +45,7 @@ fn write_mark(place: u32, mark: u32) {
     lists[at] = (lists[at] & ~(3u << shift)) | (mark << shift);
 }
 
-// Returns the operands that can be removed. GPU version of `losers`.
+// Returns the operands that can be removed. GPU version of `dominated`.
 fn dominated(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
     let a = a0 * j.sa;
     let b = b0 * j.sb;
@@ -108,7 +108,7 @@ fn choose() -> u32 {
     var place = list.y;
     while place > 0u {
         place--;
-        let instr = instrs[listed(place)];
+        let instr = instructions[listed(place)];
         let own = read_mark(place);
         var stays = false;
         if loops > 0u || instr.op == OP_NEXT {

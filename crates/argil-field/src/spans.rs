@@ -29,9 +29,9 @@ pub(crate) struct GroupSpan {
 }
 
 /// Appends an operand's instructions, and points the ends of loops at their beginnings.
-pub(crate) fn append(instrs: &[Instruction], out: &mut Vec<Instruction>) {
+pub(crate) fn append(instructions: &[Instruction], out: &mut Vec<Instruction>) {
     let begin = out.len() as u32;
-    out.extend(instrs.iter().map(|&instr| Instruction {
+    out.extend(instructions.iter().map(|&instr| Instruction {
         operand: if instr.op == abi::OP_NEXT {
             instr.operand + begin
         } else {

@@ -3,7 +3,7 @@
 const MARKING: bool = false;
 
 fn list_length() -> u32 {
-    return arrayLength(&instrs);
+    return arrayLength(&instructions);
 }
 
 fn listed(place: u32) -> u32 {

@@ -20,7 +20,7 @@ pub(crate) use argil_abi::{
 };
 
 pub(crate) const TABLES_WGSL: &str = "
-@group(0) @binding(BIND_INSTRS) var<storage, read> instrs: array<Instruction>;
+@group(0) @binding(BIND_INSTRS) var<storage, read> instructions: array<Instruction>;
 @group(0) @binding(BIND_PARAMS) var<storage, read> params: array<f32>;
 @group(0) @binding(BIND_MATERIALS) var<storage, read> materials: array<GpuMaterial>;
 ";

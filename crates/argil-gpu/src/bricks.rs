@@ -92,7 +92,7 @@ impl VolumeTables for BrickTables {
     fn memory_bytes(&self, body: &VolumeStorage) -> u64 {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         let tables =
-            self.cells.memory_bytes() + self.materials.size() + self.ledger.counters.size();
+            self.cells.memory_bytes() + self.materials.size() + self.accounting.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
         let brick = u64::from(self.layout.brick_samples()) * body.texel_bytes();
         bricks * brick + tables + making
@@ -132,8 +132,8 @@ impl VolumeTables for BrickTables {
         Box::pin(self.edit_in(body, edit))
     }
 
-    fn settle<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, EditStats> {
-        Box::pin(async move { self.ledger.wait_for_counters(gpu).await })
+    fn wait_for_counters<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, EditStats> {
+        Box::pin(async move { self.accounting.wait_for_counters(gpu).await })
     }
 
     fn trim<'a>(&'a mut self, body: &'a mut VolumeStorage, field: &'a GpuProgram) -> Work<'a, ()> {
@@ -294,7 +294,7 @@ impl GpuVolume {
             materials,
             mixed: (bricks.mixed().len() as u64) / PLACES,
             pool,
-            ledger: PoolAccounting::new(
+            accounting: PoolAccounting::new(
                 gpu,
                 bricks.len() as u64,
                 bricks.mixed().len() as u64 / PLACES,
@@ -337,7 +337,7 @@ async fn read(
     let (width, height) = (nx as usize * side, ny as usize * side);
     let layer_bytes = (width * height * side * bytes) as u64;
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(nz)) as u32;
-    let counted = tables.ledger.read(gpu).await?;
+    let counted = tables.accounting.read(gpu).await?;
     let mut words = tables.cells.read(gpu).await?;
     // The contents of a free slot are arbitrary.
     let mut is_there = vec![false; tables.cells.table.slots()];

@@ -156,7 +156,7 @@ impl GpuVolume {
         let uniform = gpu.with_error_scope(|| uniform_of::<FillUniform>(gpu, "fill"))?;
 
         // Each level, in as many dispatches as its work takes.
-        let mut bake = PassRecorder::new(gpu)?;
+        let mut recorder = PassRecorder::new(gpu)?;
         let filling = DenseFillPass {
             field,
             layout: &layout,
@@ -174,9 +174,9 @@ impl GpuVolume {
                 tile: TILE,
                 ..encoding.fill_uniform(program, &voxel_grid, level)
             };
-            filling.level(&mut bake, level, size, fill).await?;
+            filling.level(&mut recorder, level, size, fill).await?;
         }
-        let stages = bake.finish().await?;
+        let stages = recorder.finish().await?;
         let words = dense_words(&voxel_grid, &encoding, levels);
         let volume = Self::new(
             field,
@@ -201,7 +201,7 @@ struct DenseFillPass<'a> {
 impl DenseFillPass<'_> {
     async fn level(
         &self,
-        bake: &mut PassRecorder<'_>,
+        recorder: &mut PassRecorder<'_>,
         level: u32,
         size: UVec3,
         fill: FillUniform,
@@ -252,7 +252,9 @@ impl DenseFillPass<'_> {
             gpu.queue
                 .write_buffer(self.uniform, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Direct(groups);
-            bake.pass(stage, self.pipeline, &bind_group, groups).await?;
+            recorder
+                .pass(stage, self.pipeline, &bind_group, groups)
+                .await?;
         }
         Ok(())
     }

@@ -149,7 +149,7 @@ impl GpuVolume {
         };
         let bind = |tables: &MarchTables| inputs.bind(gpu, tables);
 
-        let mut bake = PassRecorder::new(gpu)?;
+        let mut recorder = PassRecorder::new(gpu)?;
         let [_, _, _, place_rows, emit] = &passes.march;
         let counting = bind(&tables)?;
         count(
@@ -158,7 +158,7 @@ impl GpuVolume {
             &tables,
             &counting,
             [codes, marching.units],
-            &mut bake,
+            &mut recorder,
         )
         .await?;
         let each = groups(marching.units, 1);
@@ -172,11 +172,11 @@ impl GpuVolume {
         tables.reserve(gpu, &marching, places, options.project_to_field)?;
         if vertices > 0 {
             let emitting = bind(&tables)?;
-            bake.pass("emit", place_rows, &emitting, each).await?;
-            bake.pass("emit", emit, &emitting, each).await?;
+            recorder.pass("emit", place_rows, &emitting, each).await?;
+            recorder.pass("emit", emit, &emitting, each).await?;
         }
         if vertices > 0 && (options.project_to_field || options.normals == MeshNormals::Field) {
-            refine(field, &passes, &tables, &uniform, &marching, &mut bake).await?;
+            refine(field, &passes, &tables, &uniform, &marching, &mut recorder).await?;
         }
         let mut drawn = MarchResult {
             out: tables.vertices,
@@ -184,9 +184,9 @@ impl GpuVolume {
             counts: [vertices, triangles],
         };
         if options.is_unindexed && triangles > 0 {
-            drawn = unindex(gpu, &passes, &uniform, &marching, drawn, &mut bake).await?;
+            drawn = unindex(gpu, &passes, &uniform, &marching, drawn, &mut recorder).await?;
         }
-        let stages = bake.finish().await?;
+        let stages = recorder.finish().await?;
         Ok((
             GpuMesh::of_tables(field, drawn.out, drawn.indices, drawn.counts)?,
             stages,
@@ -237,7 +237,7 @@ async fn count(
     tables: &MarchTables,
     counting: &wgpu::BindGroup,
     [codes, units]: [u32; 2],
-    bake: &mut PassRecorder<'_>,
+    recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let [count_units, add_units, add_groups, _, _] = &passes.march;
     if let (Some(find), Some(owners)) = (&passes.find_owners, tables.owners.buffer()) {
@@ -248,14 +248,16 @@ async fn count(
             encoder.clear_buffer(owners, 0, None);
             gpu.queue.submit([encoder.finish()]);
         })?;
-        bake.pass("count", find, counting, groups(codes, 64))
+        recorder
+            .pass("count", find, counting, groups(codes, 64))
             .await?;
     }
     let each = groups(units, 1);
-    bake.pass("count", count_units, counting, each).await?;
+    recorder.pass("count", count_units, counting, each).await?;
     let sums = groups(units, UNITS_PER_GROUP);
-    bake.pass("scan", add_units, counting, sums).await?;
-    bake.pass("scan", add_groups, counting, groups(1, 1))
+    recorder.pass("scan", add_units, counting, sums).await?;
+    recorder
+        .pass("scan", add_groups, counting, groups(1, 1))
         .await?;
     Ok(())
 }
@@ -274,7 +276,7 @@ async fn unindex(
     uniform: &wgpu::Buffer,
     marching: &MarchingUniform,
     shared: MarchResult,
-    bake: &mut PassRecorder<'_>,
+    recorder: &mut PassRecorder<'_>,
 ) -> Result<MarchResult, GpuError> {
     let [_, triangles] = shared.counts;
     let mut unindexed = StorageBuffer::drawn("corners");
@@ -293,7 +295,8 @@ async fn unindex(
         })
     })?;
     let each = groups(triangles, 64);
-    bake.pass("unindex", &passes.unindex, &bind_group, each)
+    recorder
+        .pass("unindex", &passes.unindex, &bind_group, each)
         .await?;
     Ok(MarchResult {
         out: unindexed,
@@ -379,7 +382,7 @@ async fn refine(
     tables: &MarchTables,
     uniform: &wgpu::Buffer,
     marching: &MarchingUniform,
-    bake: &mut PassRecorder<'_>,
+    recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
     let bind_group = gpu.with_error_scope(|| {
@@ -404,7 +407,8 @@ async fn refine(
         gpu.queue
             .write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
         let count = marching.vertices - first_vertex;
-        bake.pass("refine", &passes.project, &bind_group, groups(count, 64))
+        recorder
+            .pass("refine", &passes.project, &bind_group, groups(count, 64))
             .await?;
     }
     Ok(())

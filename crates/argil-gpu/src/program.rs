@@ -23,7 +23,7 @@ pub(crate) const NOP: &[Instruction] = &[Instruction {
 #[derive(Debug)]
 pub struct GpuProgram {
     gpu: Arc<Gpu>,
-    instrs: StorageBuffer,
+    instructions: StorageBuffer,
     params: StorageBuffer,
     materials: StorageBuffer,
     /// Number of instructions, which limits the size of dispatches.
@@ -64,7 +64,7 @@ impl GpuProgram {
         };
         let mut field = Self {
             gpu,
-            instrs: StorageBuffer::new("instructions"),
+            instructions: StorageBuffer::new("instructions"),
             params: StorageBuffer::new("parameters"),
             materials: StorageBuffer::new("materials"),
             length: 0,
@@ -101,7 +101,7 @@ impl GpuProgram {
         let program = incremental.program();
         check_depth(program)?;
         let budget = budget(&self.gpu, incremental.max_iterations())?;
-        self.instrs.reserve(
+        self.instructions.reserve(
             &self.gpu,
             (incremental.instruction_count() * size_of::<Instruction>()) as u64,
         )?;
@@ -138,7 +138,7 @@ impl GpuProgram {
     /// Uploads the instructions of the followed program, unless they are up to date.
     pub fn upload_instructions<'a>(&self, program: impl FnOnce() -> &'a Program) {
         if !self.is_whole.load(Ordering::Acquire) {
-            self.instrs.rewrite(&self.gpu, rows_of(program()));
+            self.instructions.rewrite(&self.gpu, rows_of(program()));
             self.is_whole.store(true, Ordering::Release);
         }
     }
@@ -167,11 +167,11 @@ impl GpuProgram {
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {
-        let instrs = rows_of(program);
-        self.instrs.write(&self.gpu, instrs)?;
+        let instructions = rows_of(program);
+        self.instructions.write(&self.gpu, instructions)?;
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.materials())?;
-        self.length = instrs.len();
+        self.length = instructions.len();
         self.budget = budget(&self.gpu, program.max_iterations())?;
         self.is_live = false;
         *self.is_whole.get_mut() = true;
@@ -185,7 +185,7 @@ impl GpuProgram {
 
     /// Returns the bytes of the program's tables on the device.
     pub fn memory_bytes(&self) -> u64 {
-        self.instrs.size() + self.params.size() + self.materials.size()
+        self.instructions.size() + self.params.size() + self.materials.size()
     }
 
     pub(crate) fn length(&self) -> usize {
@@ -197,13 +197,13 @@ impl GpuProgram {
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
-        self.bindings_with(&self.instrs)
+        self.bindings_with(&self.instructions)
     }
 
     /// Iterates over the bindings of the tables for a frame.
     pub(crate) fn bound(&self) -> impl Iterator<Item = BoundResource> + '_ {
         let tables = [
-            (&self.instrs, INSTRS),
+            (&self.instructions, INSTRS),
             (&self.params, PARAMS),
             (&self.materials, MATERIALS),
         ];
@@ -213,10 +213,10 @@ impl GpuProgram {
     /// Returns the tables with other instructions for the same parameters.
     pub(crate) fn bindings_with<'a>(
         &'a self,
-        instrs: &'a StorageBuffer,
+        instructions: &'a StorageBuffer,
     ) -> impl Iterator<Item = wgpu::BindGroupEntry<'a>> {
         let tables = [
-            (instrs, INSTRS),
+            (instructions, INSTRS),
             (&self.params, PARAMS),
             (&self.materials, MATERIALS),
         ];
@@ -230,7 +230,7 @@ impl GpuProgram {
 fn rows_of(program: &Program) -> &[Instruction] {
     match program.instructions() {
         [] => NOP,
-        instrs => instrs,
+        instructions => instructions,
     }
 }
 

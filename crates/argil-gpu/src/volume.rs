@@ -57,7 +57,7 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
     }
 
     /// Waits for edits. Returns what they did since the last call.
-    fn settle<'a>(&'a mut self, _gpu: &'a Gpu) -> Work<'a, EditStats> {
+    fn wait_for_counters<'a>(&'a mut self, _gpu: &'a Gpu) -> Work<'a, EditStats> {
         Box::pin(async { Ok(EditStats::default()) })
     }
 
@@ -272,7 +272,7 @@ impl GpuVolume {
     /// # Errors
     /// If the device fails.
     pub async fn flush(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
-        self.kind.settle(gpu).await
+        self.kind.wait_for_counters(gpu).await
     }
 
     /// Waits for edits, and frees unused memory.

@@ -1,4 +1,5 @@
 #![doc = include_str!("crate.md")]
+#![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
 pub mod dual_contouring;
 pub mod marching;

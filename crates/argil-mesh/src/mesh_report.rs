@@ -3,6 +3,16 @@ use argil_math::Aabb;
 use rayon::prelude::*;
 
 /// Counts and checks of a mesh.
+///
+/// ```
+/// use argil_mesh::{Mesh, MeshReport};
+/// let mut mesh = Mesh::default();
+/// mesh.positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Into::into).to_vec();
+/// mesh.triangles = vec![[0, 1, 2]];
+/// let report = MeshReport::of(&mesh);
+/// assert_eq!(report.triangles, 1);
+/// assert!(!report.is_watertight());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshReport {
     /// Vertices that triangles use.

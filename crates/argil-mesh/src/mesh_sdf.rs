@@ -1,10 +1,4 @@
 //! Signed distances to triangles.
-//!
-//! *Theory.* A tree of boxes finds the nearest triangle. A point is inside if the surface winds around it
-//! (Jacobson, Kavan, Sorkine-Hornung 2013), where distant triangles count as one small plate (Barill, Dickson,
-//! Schmidt, Levin, Jacobson 2018). More than half a turn is inside, so parts may intersect.
-//!
-//! *Practice.* Leaves contain up to [`tree::WIDE`] triangles side by side, which are measured at once.
 
 mod block;
 mod sample;
@@ -19,10 +13,16 @@ use rayon::prelude::*;
 use tree::Bvh;
 
 /// Minimum of the longest side of a box: fourth powers of its triangles' sides must not underflow.
-const SHORTEST: f32 = 1e-4;
-const LONGEST: f32 = 1e5;
+const MIN_SIZE: f32 = 1e-4;
+const MAX_SIZE: f32 = 1e5;
 
 /// Signed distances to a triangle mesh.
+///
+/// *Theory.* A tree of boxes finds the nearest triangle. A point is inside if the surface winds around it
+/// (Jacobson, Kavan, Sorkine-Hornung 2013), where distant triangles count as one small plate (Barill, Dickson,
+/// Schmidt, Levin, Jacobson 2018). More than half a turn is inside, so parts may intersect.
+///
+/// *Practice.* Leaves contain up to eight triangles side by side, which are measured at once.
 #[derive(Debug)]
 #[doc(alias = "voxelize")]
 #[doc(alias = "mesh to level set")]
@@ -61,7 +61,7 @@ impl MeshSdf {
             Aabb::around((0..mesh.triangles.len()).flat_map(|i| mesh.triangle_vertices(i)));
         let size = bounds.size().max_element();
         let away = bounds.min.abs().max(bounds.max.abs()).max_element();
-        if !(SHORTEST..=LONGEST).contains(&size) || away > LONGEST {
+        if !(MIN_SIZE..=MAX_SIZE).contains(&size) || away > MAX_SIZE {
             return Err(MeshReadError::Extent { size, away });
         }
         let mut tree = Bvh::new(

@@ -36,7 +36,7 @@ fn project_to_field(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
     }
     if marching.is_moved != 0u {
         let span = spans[at];
-        // GPU version of outwards.
+        // GPU version of outward.
         let along = abs(n[u32(span.z)]);
         n[u32(span.z)] = select(along, -along, span.y < span.x);
         let k = 6u * at + u32(span.z);

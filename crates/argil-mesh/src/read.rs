@@ -1,11 +1,11 @@
 //! Reads mesh files.
 
-mod fault;
+mod error;
 #[cfg(feature = "files")]
 mod formats;
 
 use crate::{Mesh, MeshFormat};
-use fault::{MAX_TRIANGLES, ReadFault};
+use error::{MAX_TRIANGLES, ReadFault};
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of a mesh file.
@@ -154,7 +154,7 @@ pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh,
     }
     let count = mesh.positions.len() as u32;
     if mesh.triangles.iter().flatten().any(|&i| i >= count) {
-        return Err(damaged("a triangle has a corner that there is not".into()));
+        return Err(damaged("a triangle refers to a missing vertex".into()));
     }
     Ok(mesh)
 }

@@ -59,7 +59,7 @@ pub enum UpAxis {
 
 impl UpAxis {
     /// Converts a point or direction to these axes.
-    pub fn turn(self, v: Vec3) -> Vec3 {
+    pub fn convert(self, v: Vec3) -> Vec3 {
         match self {
             Self::YUp => v,
             Self::ZUp => Vec3::new(v.x, -v.z, v.y),
@@ -124,10 +124,10 @@ fn turned(mesh: &Mesh, options: &MeshWriteOptions) -> Mesh {
     let MeshWriteOptions { axes, scale } = *options;
     let mut out = mesh.clone();
     for p in &mut out.positions {
-        *p = scale * axes.turn(*p);
+        *p = scale * axes.convert(*p);
     }
     for n in &mut out.normals {
-        *n = axes.turn(*n);
+        *n = axes.convert(*n);
     }
     if axes.is_left_handed() {
         for [_, b, c] in &mut out.triangles {

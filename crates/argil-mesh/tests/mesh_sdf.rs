@@ -262,7 +262,7 @@ fn axes_and_units() {
             (volume / (MeshReport::of(&mesh).volume * 1e6) - 1.0).abs() < 1e-4,
             "{axes:?} {volume}"
         );
-        let first = axes.turn(mesh.positions[0]) * 100.0;
+        let first = axes.convert(mesh.positions[0]) * 100.0;
         assert!(back.positions[0].distance(first) < 1e-3);
     }
 }

@@ -35,6 +35,15 @@ impl FlipMap {
 /// Computes the map of differences between two images, the first one being the reference, at a number of pixels per
 /// degree.
 ///
+/// ```
+/// use argil_metrics::{Rgb8Image, flip::flip};
+/// let black = Rgb8Image::new([8, 8], vec![0; 8 * 8 * 3]).expect("three bytes per pixel");
+/// let white = Rgb8Image::new([8, 8], vec![255; 8 * 8 * 3]).expect("three bytes per pixel");
+/// assert_eq!(flip(&black, &black, 67.0)?.mean(), 0.0);
+/// assert!(flip(&black, &white, 67.0)?.mean() > 0.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If the sizes differ.
 pub fn flip(a: &Rgb8Image, b: &Rgb8Image, pixels_per_degree: f32) -> Result<FlipMap, SizeMismatch> {

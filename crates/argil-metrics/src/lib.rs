@@ -3,15 +3,15 @@
 pub mod depth;
 mod error_stats;
 pub mod flip;
+mod image;
 pub mod laplacian;
-mod picture;
 mod psnr;
 mod separable_filter;
 mod ssim;
 pub mod surface;
 
 pub use error_stats::ErrorStats;
-pub use picture::Rgb8Image;
+pub use image::Rgb8Image;
 pub use psnr::{differing_pixels, psnr};
 pub use ssim::ssim;
 

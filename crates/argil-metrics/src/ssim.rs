@@ -14,6 +14,13 @@ const SIGMA: f32 = 1.5;
 /// 1.5, K₁ = 0.01, and K₂ = 0.03. Windows that extend beyond the border are omitted. For an image smaller than a
 /// window, all windows count, and its border pixels repeat.
 ///
+/// ```
+/// use argil_metrics::{Rgb8Image, ssim};
+/// let gray = Rgb8Image::new([16, 16], vec![128; 16 * 16 * 3]).expect("three bytes per pixel");
+/// assert_eq!(ssim(&gray, &gray)?, 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// If the sizes differ.
 pub fn ssim(a: &Rgb8Image, b: &Rgb8Image) -> Result<f64, SizeMismatch> {

@@ -62,13 +62,8 @@ impl RayTracer for BrickRays<'_> {
 }
 
 impl DistanceSource for BrickRays<'_> {
-    fn material(
-        &self,
-        point: Vec3,
-        outwards: Vec3,
-        palette: &[GpuMaterial],
-    ) -> Option<GpuMaterial> {
-        self.look(point, outwards, palette)
+    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial> {
+        self.look(point, outward, palette)
     }
 
     fn measure(&self, points: &mut Points) {

@@ -7,7 +7,7 @@ fn nudge_for(u: vec3<f32>) -> f32 {
 }
 
 // The location of a point: its cell, the cell's word, and the position in the cell in voxels.
-struct Located {
+struct CellLocations {
     cell: vec3<f32>,
     inner: vec3<f32>,
     word: u32,
@@ -52,9 +52,9 @@ fn inner_of(u: vec3<f32>, cell: vec3<f32>) -> vec3<f32> {
     return clamp(held_voxels(u) - cell * f32(volume.brick_size_voxels), vec3(0.0), vec3(f32(volume.brick_size_voxels)));
 }
 
-fn locate(u: vec3<f32>) -> Located {
+fn locate(u: vec3<f32>) -> CellLocations {
     let cell = cell_of_voxels(u);
-    return Located(cell, inner_of(u, cell), word_at(word_index(vec3<i32>(cell))));
+    return CellLocations(cell, inner_of(u, cell), word_at(word_index(vec3<i32>(cell))));
 }
 
 // Interpolates the distances of a brick.
@@ -68,7 +68,7 @@ fn filter_origin(word: u32) -> vec3<f32> {
     return vec3<f32>(brick_origin(word)) + 0.5;
 }
 
-// GPU version of BrickSampler::away: a signed lower bound on the distance, at a position in a cell without a brick.
+// GPU version of BrickSampler::empty_cell_distance: a signed lower bound on the distance, at a position in a cell without a brick.
 fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
     let p = inner - 0.5 * f32(volume.brick_size_voxels);
@@ -96,7 +96,7 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
     let u = held_voxels(in_voxels(p));
     let cell = cell_of_voxels(u);
     let index = word_index(vec3<i32>(cell));
-    let at = Located(cell, inner_of(u, cell), word_at(index));
+    let at = CellLocations(cell, inner_of(u, cell), word_at(index));
     if !is_brick(at.word) {
         return empty_distance_in(index / 64u, u, away(at.word, at.inner), at.word);
     }

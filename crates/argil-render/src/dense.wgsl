@@ -9,7 +9,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = primary_ray(id.x, y);
     let span = box_span(ray);
     let top = volume.levels - 1u;
-    var walk = Walk(span.x, 0.0, 0.0, false);
+    var walk = SurfaceStep(span.x, 0.0, 0.0, false);
     var level = 0u;
     var kind = HIT_NONE;
     var steps = 0u;

@@ -4,7 +4,7 @@ fn light_distance(p: vec3<f32>) -> f32 {
     return field_distance(p);
 }
 
-fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
+fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     field_surface(p);
     return field_material;
 }

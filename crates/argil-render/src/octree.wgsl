@@ -5,7 +5,7 @@ var<private> path_nodes: array<u32, OCTREE_MAX_DEPTH>;
 var<private> path_code: u32;
 var<private> path_end: u32;
 
-struct Visit {
+struct Lookup {
     is_brick: bool,
     nodes: u32,
 }
@@ -20,11 +20,11 @@ fn first_level(code: u32) -> u32 {
     return min(max(shared_level, path_end), root);
 }
 
-fn find_brick(cell: vec3<u32>) -> Visit {
+fn find_brick(cell: vec3<u32>) -> Lookup {
     let code = morton(cell);
     let node_count = tree_words[OCTREE_HEADER_NODES];
     if node_count == 0u {
-        return Visit(false, 0u);
+        return Lookup(false, 0u);
     }
     path_nodes[volume.depth - 1u] = node_count - 1u;
     var level = first_level(code);
@@ -36,17 +36,17 @@ fn find_brick(cell: vec3<u32>) -> Visit {
         let bit = (code >> (3u * level)) & 7u;
         path_end = level;
         if ((node.valid_mask >> bit) & 1u) == 0u {
-            return Visit(false, visited);
+            return Lookup(false, visited);
         }
         if level == 0u {
-            return Visit(true, visited);
+            return Lookup(true, visited);
         }
         level--;
         let before = countOneBits(node.valid_mask & ((1u << bit) - 1u));
         path_nodes[level] = tree_words[OCTREE_HEADER_LEVELS + level] + node.child_offset + before;
     }
     // Unreachable: the loop descends to level 0 at most.
-    return Visit(false, visited);
+    return Lookup(false, visited);
 }
 
 @compute @workgroup_size(8, 8)
@@ -70,7 +70,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let corner = volume.corner - ray.origin;
 
     path_end = OCTREE_MAX_DEPTH;
-    var walk = Walk(span.x, 0.0, 0.0, false);
+    var walk = SurfaceStep(span.x, 0.0, 0.0, false);
     var entered = 3u;
     var kind = HIT_NONE;
     var steps = 0u;

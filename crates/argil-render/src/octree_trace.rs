@@ -16,7 +16,7 @@ pub(crate) trait TraceVolume: Sync {
     fn distance(&self, point: Vec3) -> f32;
 }
 
-/// One step of a ray near the surface. `volume_step` in `volume.wgsl` is the twin.
+/// One step of a ray near the surface. `walk_step` in `volume.wgsl` is the twin.
 pub(crate) struct SurfaceStep {
     pub t: f32,
     /// 1 outside, −1 inside, 0 before the first sample.

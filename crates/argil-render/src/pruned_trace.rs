@@ -192,10 +192,10 @@ impl Slabs {
         let centers: [Vec3; SLABS] =
             std::array::from_fn(|slab| eye + axis * (begin_of(slab) + 0.5 * thick));
         let mut group_d = [0.0; SLABS];
-        let instrs = probe.program.instructions();
+        let instructions = probe.program.instructions();
         probe
             .pruner
-            .classify_cells(instrs, &centers, group_radius, &mut group_d);
+            .classify_cells(instructions, &centers, group_radius, &mut group_d);
         // A classification holds for one run, so the programs come first.
         let mut stretches: [(usize, usize); SLABS] = [(0, 0); SLABS];
         self.group_list.clear();
@@ -205,7 +205,9 @@ impl Slabs {
                 continue;
             }
             let from = self.group_list.len();
-            probe.pruner.prune_into(instrs, slab, &mut self.group_list);
+            probe
+                .pruner
+                .prune_into(instructions, slab, &mut self.group_list);
             *stretch = (from, self.group_list.len());
         }
 

@@ -21,7 +21,7 @@ pub enum RenderMode {
     Heat,
     /// The first brick that each ray meets, in a color per brick. For sparse bricks and octrees.
     Bricks,
-    /// The first node above bricks that contains a brick on the ray's way, in a color per node. For octrees.
+    /// The first node above bricks that contains a brick along the ray, in a color per node. For octrees.
     Nodes,
 }
 
@@ -64,7 +64,7 @@ pub struct RenderSettings {
     pub mode: RenderMode,
     /// Maximum steps of a primary ray.
     pub max_steps: u32,
-    /// Distance below which a ray hits. If `None`, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
+    /// Distance at which a ray counts as a hit. If `None`, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference. If `None`, 5e-4 of the scene's radius, or a voxel of a
     /// volume.

@@ -36,9 +36,9 @@ struct Sky<'a>(Option<&'a dyn DistanceSource>);
 
 impl Sky<'_> {
     /// Returns the stored material at a point of the surface, given the outward direction.
-    fn material(self, probe: &FieldProbe<'_>, point: Vec3, outwards: Vec3) -> Option<GpuMaterial> {
+    fn material(self, probe: &FieldProbe<'_>, point: Vec3, outward: Vec3) -> Option<GpuMaterial> {
         let materials = probe.evaluator.program().materials();
-        self.0?.material(point, outwards, materials)
+        self.0?.material(point, outward, materials)
     }
 
     /// Computes the distances of points into their `d`.

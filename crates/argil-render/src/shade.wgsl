@@ -10,7 +10,7 @@ fn tap_height(tap: u32) -> f32 {
 }
 
 // Returns the fraction of the sky that a point sees.
-fn openness(p: vec3<f32>, n: vec3<f32>) -> f32 {
+fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>) -> f32 {
     var closed = 0.0;
     var weight = 1.0;
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
@@ -81,7 +81,7 @@ fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
 }
 
 // Returns the light that a surface sends toward the viewer.
-fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec3<f32> {
+fn shade_surface(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec3<f32> {
     let base = material.base_roughness.xyz;
     let roughness = material.base_roughness.w;
     let metallic = material.emission_metallic.w;
@@ -125,12 +125,12 @@ fn lit(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec
     return mix(color, sky(ray.direction), clamp(hit.normal_t.w / frame.far * 2.2, 0.0, 1.0));
 }
 
-fn tone(c: vec3<f32>) -> vec3<f32> {
+fn tone_map(c: vec3<f32>) -> vec3<f32> {
     let x = c * 0.5;
     return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
 }
 
-fn marked(hit: Hit) -> vec3<f32> {
+fn id_color(hit: Hit) -> vec3<f32> {
     let mixed = hit.id * 2654435761u;
     let bytes = vec3<f32>((vec3(mixed) >> vec3(8u, 16u, 24u)) & vec3(255u));
     let n = abs(hit.normal_t.xyz);
@@ -148,7 +148,7 @@ fn heat(steps: u32) -> vec3<f32> {
 
 fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     if hit.kind == HIT_NONE {
-        return tone(sky(ray.direction));
+        return tone_map(sky(ray.direction));
     }
     let p = ray.origin + ray.direction * hit.normal_t.w;
     let n = hit.normal_t.xyz;
@@ -162,9 +162,9 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     let high = frame.box_max + reach;
     var open = 1.0;
     if is_solid || (all(p >= low) && all(p <= high)) {
-        open = openness(p, n);
+        open = ambient_occlusion(p, n);
     }
-    return tone(lit(ray, hit, material, hit.sun_share, open));
+    return tone_map(shade_surface(ray, hit, material, hit.sun_share, open));
 }
 
 fn put(at: u32, kind: u32, color: vec3<f32>) {
@@ -208,7 +208,7 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         case MODE_BRICKS, MODE_NODES: {
             if hit.id != 0u {
-                color = marked(hit);
+                color = id_color(hit);
             }
         }
         default: { color = heat(hit.steps); }

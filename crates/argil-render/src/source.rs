@@ -42,8 +42,7 @@ pub trait RayTracer: Sync {
 /// A source of distances for light, instead of the exact field.
 pub trait DistanceSource: Sync {
     /// Returns the stored material at a point of the surface, given the outward direction.
-    fn material(&self, point: Vec3, outwards: Vec3, palette: &[GpuMaterial])
-    -> Option<GpuMaterial>;
+    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial>;
 
     /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);

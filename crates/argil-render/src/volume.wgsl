@@ -5,7 +5,7 @@ fn stored_distance(p: vec3<f32>, level: u32) -> f32 {
     return textureSampleLevel(stored, linear, uvw, f32(level)).x * (volume.band_width * f32(1u << level));
 }
 
-struct Walk {
+struct SurfaceStep {
     t: f32,
     side: f32,
     gap: f32,
@@ -13,7 +13,7 @@ struct Walk {
 }
 
 // Advances by a stored distance.
-fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
+fn walk_step(walk: ptr<function, SurfaceStep>, near: f32, d: f32, is_last: bool) {
     let is_first = (*walk).side == 0.0;
     if is_first {
         (*walk).side = select(1.0, -1.0, d < 0.0 && near <= 0.0);
@@ -25,7 +25,7 @@ fn walk_step(walk: ptr<function, Walk>, near: f32, d: f32, is_last: bool) {
     (*walk).t += gap * frame.inv_lipschitz;
 }
 
-fn walk_kind(walk: Walk) -> u32 {
+fn walk_kind(walk: SurfaceStep) -> u32 {
     return select(HIT_OUTSIDE, HIT_INSIDE, walk.side < 0.0);
 }
 

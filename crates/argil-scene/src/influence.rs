@@ -76,7 +76,7 @@ fn grown_box(
         let entry = scene.node(child).at_current_time();
 
         let (falls, morphed) = match scene.summaries.get(&parent) {
-            Some(crowd) if siblings.len() > SUMMARY_THRESHOLD => crowd_falls(crowd, interest),
+            Some(summary) if siblings.len() > SUMMARY_THRESHOLD => summary_falls(summary, interest),
             _ => {
                 let index = siblings
                     .iter()
@@ -145,9 +145,9 @@ pub fn blend_influence_radius(operator: &Operator, interest: f32) -> f32 {
 }
 
 /// Returns what `later_falls` returns, for all operands of a large group, wherever they are.
-fn crowd_falls(crowd: &GroupSummary, interest: f32) -> (f32, bool) {
-    let fall = max_blend_propagation(crowd.max_blend(), crowd.has_chamfers(), interest);
-    (fall, crowd.has_morphs())
+fn summary_falls(summary: &GroupSummary, interest: f32) -> (f32, bool) {
+    let fall = max_blend_propagation(summary.max_blend(), summary.has_chamfers(), interest);
+    (fall, summary.has_morphs())
 }
 
 /// Returns how far values of interest can fall through the later operands, and whether one of them is a morph.

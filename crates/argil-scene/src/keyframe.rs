@@ -38,6 +38,18 @@ pub struct AxisAngle {
 }
 
 /// Values at a time.
+///
+/// ```
+/// use argil_scene::{Brush, Keyframe, Scene, Shape};
+/// let mut brush = Brush::new(Shape::sphere(0.5));
+/// brush.keyframes = [(0.0, 0.0), (2.0, 3.0)]
+///     .map(|(time, x)| Keyframe { time, translate: Some([x, 0.0, 0.0]), ..Keyframe::default() })
+///     .to_vec();
+/// let mut scene = Scene::new();
+/// scene.push(brush)?;
+/// scene.set_time(1.0);
+/// # Ok::<(), argil_scene::EditError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -1,4 +1,5 @@
 #![doc = include_str!("crate.md")]
+#![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
 mod action;
 mod animate;
@@ -59,7 +60,7 @@ pub use node::{Node, NodeId};
 pub use node_desc::{NodeDesc, NodeKind};
 pub use node_tree::{Brush, Group, NodeTree};
 pub use operator::{BlendProfile, Operator, OperatorKind};
-pub use path2::{Path2, PathSegment, SplinePoint, TubePiece, spline_pieces};
+pub use path2::{Path2, PathSegment, SplinePoint, TubeSegment, spline_segments};
 pub use pose::{Pose, Poses};
 pub use sampled_grid::{
     DistanceSampler, GRID_MAGIC, MAX_POSTS, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid,

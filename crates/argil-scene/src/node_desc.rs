@@ -5,7 +5,7 @@ use crate::{LoadedGrid, Modifier, Operator, Shape};
 /// The description of a brush or a group, apart from its place in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeDesc {
-    /// A name for people. It may be empty, and need not be unique.
+    /// A human-readable name. It may be empty, and need not be unique.
     pub name: String,
     /// Whether it takes part in the solid.
     pub visible: bool,

@@ -160,7 +160,7 @@ macro_rules! builder {
                 built
             }
 
-            /// Sets the name, which is for people and need not be unique.
+            /// Sets the human-readable name, which need not be unique.
             #[must_use]
             pub fn with_name(self, name: impl Into<String>) -> $built {
                 self.change(|desc| desc.name = name.into())

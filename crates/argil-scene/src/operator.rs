@@ -39,6 +39,12 @@ pub enum BlendProfile {
 }
 
 /// An operator with its blend.
+///
+/// ```
+/// use argil_scene::{Operator, OperatorKind};
+/// let cut = Operator { kind: OperatorKind::Subtract, blend: 0.1, ..Operator::default() };
+/// assert!(cut.max_outward_offset() == 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Operator {
     /// The operation.

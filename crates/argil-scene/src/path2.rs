@@ -26,12 +26,12 @@ impl SplinePoint {
 /// A segment of a spline tube: the start, control point and end of a quadratic Bézier curve, and the radii at its
 /// start and end.
 #[doc(hidden)]
-pub type TubePiece = ([Vec3; 3], [f32; 2]);
+pub type TubeSegment = ([Vec3; 3], [f32; 2]);
 
 /// Returns the segments of a tube through points: two from each point to the next, which meet halfway between their
 /// control points.
 #[doc(hidden)]
-pub fn spline_pieces(points: &[SplinePoint]) -> impl Iterator<Item = TubePiece> + '_ {
+pub fn spline_segments(points: &[SplinePoint]) -> impl Iterator<Item = TubeSegment> + '_ {
     let at = |i: usize| Vec3::from(points[i.min(points.len() - 1)].at);
     // A quarter of the tangent at a point.
     let quarter = move |i: usize| 0.125 * (at(i + 1) - at(i.saturating_sub(1)));

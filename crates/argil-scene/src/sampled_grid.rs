@@ -1,9 +1,4 @@
 //! Distances at the points of a grid, for solids without a formula: triangles, or stored volumes.
-//!
-//! *Theory.* Samples are fine near the surface and coarse elsewhere (adaptively sampled distance fields, Frisken et
-//! al. 2000). They are interpolated linearly along each axis. Away from the surface, fine samples fade into the
-//! interpolated coarse ones, so that nothing jumps where they meet. The gradient in a cell is a mean of the
-//! gradients at its corners, which are differences along edges. The largest of them is the Lipschitz constant.
 
 mod heights;
 
@@ -89,6 +84,11 @@ impl SampledBlock {
 }
 
 /// A distance that is interpolated between samples.
+///
+/// *Theory.* Samples are fine near the surface and coarse elsewhere (adaptively sampled distance fields, Frisken et
+/// al. 2000). They are interpolated linearly along each axis. Away from the surface, fine samples fade into the
+/// interpolated coarse ones, so that nothing jumps where they meet. The gradient in a cell is a mean of the
+/// gradients at its corners, which are differences along edges. The largest of them is the Lipschitz constant.
 #[derive(Clone, PartialEq)]
 #[doc(alias = "ADF")]
 pub struct SampledGrid {
@@ -121,15 +121,16 @@ impl SampledGrid {
     /// ```
     /// use argil_scene::{Brush, SampledGrid, Scene, Shape};
     /// let wave = |[x, y, z]: [f32; 3]| (x.hypot(z) - 0.8).max(y.abs() - 0.2 - 0.1 * (9.0 * x).sin()) * 0.7;
-    /// let grid = SampledGrid::of([[-0.8, -0.3, -0.8], [0.8, 0.3, 0.8]], 64, wave)?;
+    /// let grid = SampledGrid::from_fn([[-0.8, -0.3, -0.8], [0.8, 0.3, 0.8]], 64, wave)?;
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sampled("wave", grid)))?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// If the box is empty or without end, the resolution is another, the function gives no numbers, or nothing is inside.
-    pub fn of(
+    /// If the box is empty or infinite, the resolution is out of range, the function returns a value that is not
+    /// finite, or no sample is inside.
+    pub fn from_fn(
         solid: [[f32; 3]; 2],
         resolution: u32,
         distance: impl Fn([f32; 3]) -> f32 + Sync,
@@ -140,7 +141,7 @@ impl SampledGrid {
         let is_box = solid.is_finite() && solid.size().min_element() >= 0.0 && longest > 0.0;
         if !is_box || solid.min.abs().max(solid.max.abs()).max_element() > MAX_LENGTH {
             let reason = format!(
-                "{:?} to {:?} is no box",
+                "{:?} to {:?} is not a valid box",
                 solid.min.to_array(),
                 solid.max.to_array()
             );
@@ -163,10 +164,7 @@ impl SampledGrid {
         };
         let grid = Self::sample(corner, cell, cells, solid, &measure);
         if !grid.words.iter().all(|word| word.is_finite()) {
-            return Err(ValidationError::new(
-                "distance",
-                "is no finite number somewhere",
-            ));
+            return Err(ValidationError::new("distance", "is not finite everywhere"));
         }
         if grid.lipschitz > MAX_LIPSCHITZ {
             let reason = format!(
@@ -272,7 +270,7 @@ impl SampledGrid {
         let head = words.get(..SAMPLED_HEADER)?;
         if head[5] == 0.0 {
             let posts = [head[4], head[6]].map(|n| n as u32);
-            let own = Self::of_heights(posts, &words[SAMPLED_HEADER..])?;
+            let own = Self::from_heights(posts, &words[SAMPLED_HEADER..])?;
             return (own.words == words).then_some(own);
         }
         let corner = Vec3::from_slice(head);

@@ -53,7 +53,7 @@ pub struct Scene {
     pub(crate) summaries: HashMap<NodeId, GroupSummary>,
     pub(crate) scene_id: Identity,
     pub(crate) origin: Origin,
-    /// A name for people.
+    /// A human-readable name.
     pub name: String,
     /// Source and license of the scene or its parts.
     pub credit: String,

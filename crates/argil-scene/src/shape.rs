@@ -244,7 +244,7 @@ impl Shape {
     }
 
     /// Creates the shape of a file: a heightmap with a longer side of 2 for an image, and a mesh otherwise.
-    pub fn of_file(path: impl Into<String>) -> Self {
+    pub fn from_file(path: impl Into<String>) -> Self {
         let path = path.into();
         match rules::is_image(&path) {
             true => Self::heightmap(path, [1.0; 2], 0.25),

@@ -1,6 +1,6 @@
 //! Checks and boxes for the rows of the [table of shapes](crate::shape_table).
 
-use crate::path2::spline_pieces;
+use crate::path2::spline_segments;
 use crate::validation::{self, ValidationError};
 use crate::{LoadedGrid, Path2, SplinePoint};
 use argil_math::Aabb;
@@ -158,7 +158,7 @@ pub(crate) fn image_path(place: &str, name: &str) -> Result<(), ValidationError>
         true => Ok(()),
         false => Err(ValidationError::new(
             place,
-            format!("{name:?} is no PNG image"),
+            format!("{name:?} is not a PNG image"),
         )),
     }
 }
@@ -261,7 +261,7 @@ pub(crate) fn spline(path: &str, points: &[SplinePoint]) -> Result<(), Validatio
 /// Returns the box of a spline tube: each segment lies in the hull of its three points.
 pub(crate) fn spline_bounds(points: &[SplinePoint]) -> Aabb {
     let held =
-        spline_pieces(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
+        spline_segments(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
     held.fold(Aabb::EMPTY, |all, own| all.union(own))
 }
 
@@ -300,7 +300,7 @@ pub(crate) fn cut_inside_sphere(radius: f32, cut: f32) -> Result<(), ValidationE
     } else {
         Err(ValidationError::new(
             "cut",
-            format!("{cut} does not cut a ball of radius {radius}"),
+            format!("{cut} does not cut a sphere of radius {radius}"),
         ))
     }
 }
@@ -332,8 +332,8 @@ pub(crate) fn outline(path: &str, outline: &Path2) -> Result<(), ValidationError
     if outline.segments.len() > MAX_PIECES {
         let count = outline.segments.len();
         return Err(ValidationError::new(
-            format!("{path}.pieces"),
-            format!("{count} pieces are more than the limit, {MAX_PIECES}"),
+            format!("{path}.segments"),
+            format!("{count} segments, and the limit is {MAX_PIECES}"),
         ));
     }
     let (min, max) = outline.bounds();

@@ -5,11 +5,11 @@ use crate::{NodeId, Scene};
 
 impl GroupSummary {
     fn of(scene: &Scene, group: NodeId) -> Self {
-        let mut crowd = Self::default();
+        let mut summary = Self::default();
         for &child in scene.node(group).children() {
-            crowd.add(scene.node(child).at_current_time());
+            summary.add(scene.node(child).at_current_time());
         }
-        crowd
+        summary
     }
 }
 
@@ -21,8 +21,8 @@ impl Scene {
             if self.node(group).children.len() > SUMMARY_THRESHOLD
                 && !self.summaries.contains_key(&group)
             {
-                let crowd = GroupSummary::of(self, group);
-                self.summaries.insert(group, crowd);
+                let summary = GroupSummary::of(self, group);
+                self.summaries.insert(group, summary);
             }
             at = self.node(group).parent;
         }
@@ -31,15 +31,13 @@ impl Scene {
     /// Adds a node to its group's summary, or removes it.
     pub(crate) fn count(&mut self, node: NodeId, is_there: bool) {
         let Self {
-            nodes,
-            summaries: crowds,
-            ..
+            nodes, summaries, ..
         } = self;
         let own = &nodes[node.index()];
-        let crowd = own.parent.and_then(|group| crowds.get_mut(&group));
-        match crowd {
-            Some(crowd) if is_there => crowd.add(own.at_current_time()),
-            Some(crowd) => crowd.remove(own.at_current_time()),
+        let summary = own.parent.and_then(|group| summaries.get_mut(&group));
+        match summary {
+            Some(summary) if is_there => summary.add(own.at_current_time()),
+            Some(summary) => summary.remove(own.at_current_time()),
             None => {}
         }
     }

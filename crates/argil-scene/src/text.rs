@@ -26,11 +26,14 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
     let has = |c: char| !c.is_control() && FONT.glyph_index(c).is_some();
     let unknown = |&c: &char| c != '\n' && !has(c);
     if let Some(unknown) = text.chars().find(unknown) {
-        let reason = format!("the font has no letter for {unknown:?}");
+        let reason = format!("the font has no glyph for {unknown:?}");
         return Err(ValidationError::new(path, reason));
     }
     if text_bounds(text, 1.0, 1.0).is_empty() {
-        return Err(ValidationError::new(path, "there is nothing to see in it"));
+        return Err(ValidationError::new(
+            path,
+            "the text has no visible characters",
+        ));
     }
     let outlines = text_outlines(text, 1.0);
     let pieces: usize = outlines.iter().map(|outline| outline.segments.len()).sum();
@@ -148,10 +151,10 @@ mod tests {
     #[test]
     fn texts_that_cannot_be_shown_are_refused() {
         for (text, reason) in [
-            ("", "nothing to see"),
-            ("  \n ", "nothing to see"),
-            ("a\tb", "no letter for '\\t'"),
-            ("漢", "no letter for '漢'"),
+            ("", "no visible characters"),
+            ("  \n ", "no visible characters"),
+            ("a\tb", "no glyph for '\\t'"),
+            ("漢", "no glyph for '漢'"),
             (&"x".repeat(65), "65 characters"),
             (&"@".repeat(40), "lines and curves"),
         ] {

@@ -95,7 +95,7 @@ impl CameraPose {
                 if eye == target {
                     return Err(ValidationError::new(
                         "look_at.target",
-                        "the camera looks at its own place",
+                        "eye and target coincide",
                     ));
                 }
                 Ok(())

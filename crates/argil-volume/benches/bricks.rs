@@ -57,7 +57,7 @@ fn main() {
                 voxel_grid.size.to_array(),
                 stages.prune,
                 stages.fill,
-                stages.settle,
+                stages.release,
                 bricks.len(),
                 bytes as f64 / 1e6,
                 dense as f64 / bytes as f64,

@@ -70,7 +70,7 @@ struct LevelBaker<'a, T> {
 /// Cells by their first points, each with its range of a shared list.
 #[derive(Default)]
 struct LevelParts {
-    instrs: Vec<Instruction>,
+    instructions: Vec<Instruction>,
     stretches: Vec<(UVec3, Range<usize>)>,
 }
 
@@ -109,9 +109,9 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
             .collect();
         let (mut columns, mut cells) = (take(&mut self.columns), take(&mut self.cells));
         for begins in all.chunks(CELLS_PER_BATCH) {
-            let instrs = self.program.instructions();
+            let instructions = self.program.instructions();
             self.part(
-                instrs,
+                instructions,
                 begins,
                 uvec3(edge, edge, SIDE),
                 &mut columns,
@@ -121,10 +121,10 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
                 let inner: [UVec3; (COLUMN * COLUMN) as usize] = std::array::from_fn(|i| {
                     *begin + SIDE * uvec3(i as u32 % COLUMN, i as u32 / COLUMN, 0)
                 });
-                let instrs = &columns.instrs[stretch.clone()];
-                self.part(instrs, &inner, UVec3::splat(SIDE), &mut cells, texels);
+                let instructions = &columns.instructions[stretch.clone()];
+                self.part(instructions, &inner, UVec3::splat(SIDE), &mut cells, texels);
                 for (begin, stretch) in &cells.stretches {
-                    self.evaluate(&cells.instrs[stretch.clone()], *begin, texels);
+                    self.evaluate(&cells.instructions[stretch.clone()], *begin, texels);
                 }
             }
         }
@@ -134,7 +134,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
     /// Prunes a program for cells of `size` points. Saturated cells are stored at once.
     fn part(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         begins: &[UVec3],
         size: UVec3,
         parts: &mut LevelParts,
@@ -150,7 +150,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         }
         let (centers, d) = (&centers[..begins.len()], &mut d[..begins.len()]);
         self.pruner
-            .classify_cells(instrs, centers, half_diagonal, d);
+            .classify_cells(instructions, centers, half_diagonal, d);
 
         // The distance that is stored as 1.0, with the bias.
         let range = self.fill.max_code as f32 / self.fill.spacing_scale[3];
@@ -158,7 +158,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
         let away = 1.000_01
             * (range + self.fill.first_bias[3] + self.program.lipschitz() * half_diagonal)
             + self.program.bound_error(around);
-        parts.instrs.clear();
+        parts.instructions.clear();
         parts.stretches.clear();
         for (i, (&begin, &d)) in begins.iter().zip(d.iter()).enumerate() {
             if begin.cmpge(self.grid.size).any() {
@@ -174,9 +174,12 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
                 self.store(begin, value, texels);
                 continue;
             }
-            let from = parts.instrs.len();
-            self.pruner.prune_into(instrs, i, &mut parts.instrs);
-            parts.stretches.push((begin, from..parts.instrs.len()));
+            let from = parts.instructions.len();
+            self.pruner
+                .prune_into(instructions, i, &mut parts.instructions);
+            parts
+                .stretches
+                .push((begin, from..parts.instructions.len()));
         }
     }
 
@@ -216,7 +219,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
     }
 
     /// Evaluates a cell of [`SIDE`]³ points with its own program.
-    fn evaluate(&mut self, instrs: &[Instruction], begin: UVec3, texels: &mut [T]) {
+    fn evaluate(&mut self, instructions: &[Instruction], begin: UVec3, texels: &mut [T]) {
         let held = self.held(begin, UVec3::splat(SIDE));
         let [mut x, mut y, mut z, mut d] = [[0.0f32; LANES]; 4];
         let mut out = [T::default(); LANES];
@@ -236,7 +239,7 @@ impl<'a, T: Texel> LevelBaker<'a, T> {
                 }
             }
             self.evaluator
-                .distances_with(instrs, &x[..n], &y[..n], &z[..n], &mut d[..n]);
+                .distances_with(instructions, &x[..n], &y[..n], &z[..n], &mut d[..n]);
             encode(&d[..n], self.fill, &mut out[..n]);
             let mut rows = out[..n].chunks_exact(held.x as usize);
             for k in first..first + layers {

@@ -62,6 +62,12 @@ impl Band {
 ///
 /// With 8 bits and the default band of ±4 voxels, one step is 4/127 of a voxel. On level `k`, the band is `2ᵏ`
 /// times as wide, and the stored value is `|d|` minus a bias, rounded down (see [`Encoding::fill_uniform`]).
+///
+/// ```
+/// use argil_volume::{Band, Encoding, SampleFormat};
+/// let encoding = Encoding { format: SampleFormat::Snorm16, band: Band::Voxels(16.0) };
+/// assert_eq!(encoding.format.max_code(), 32767);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// The format of a sample.

@@ -1,4 +1,5 @@
 #![doc = include_str!("crate.md")]
+#![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
 mod bake_level;
 mod bricks;
@@ -57,7 +58,7 @@ pub mod wgsl {
     pub const BRICK_CELLS: &str = include_str!("bricks/cell.wgsl");
     /// Reads the materials of sparse bricks.
     pub const BRICK_MATERIALS: &str = include_str!("bricks/material.wgsl");
-    /// Builds sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `settle` and `give_back`.
+    /// Builds sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `mark_empty_blocks` and `release_freed`.
     pub const BRICK_BUILD: &str = concat!(
         include_str!("bricks/build.wgsl"),
         include_str!("bricks/measure.wgsl"),

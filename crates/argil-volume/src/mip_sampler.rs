@@ -192,8 +192,7 @@ mod tests {
     use argil_scene::{Brush, Scene, Shape};
     use glam::Vec3;
 
-    /// What tests read without a look at bounds is looked at all the same: the standard library's own reads by its assertions,
-    /// pairs of texels by this one.
+    /// Debug builds check the bounds of unchecked reads: single texels in the standard library, pairs here.
     #[test]
     #[cfg(debug_assertions)]
     #[should_panic(expected = "a pair at 3 of 4")]

@@ -182,10 +182,10 @@ macro_rules! volumes {
             pub fn material_at(
                 &self,
                 point: Vec3,
-                outwards: Vec3,
+                outward: Vec3,
                 palette: &[GpuMaterial],
             ) -> Option<GpuMaterial> {
-                match self { $(Self::$name(own) => own.material_at(point, outwards, palette),)* }
+                match self { $(Self::$name(own) => own.material_at(point, outward, palette),)* }
             }
 
             /// Sets whether the box clips the solid. Files of version 1 do not say.

@@ -61,6 +61,15 @@ pub struct TooFarError {
 /// ```
 ///
 /// Voxels are counted from `corner`, in both directions. The box of a world that grew begins elsewhere: at `begin`.
+///
+/// ```
+/// use argil_math::Aabb;
+/// use argil_volume::VoxelGrid;
+/// let grid = VoxelGrid::fitting(Aabb::centered([1.0, 0.5, 0.5].into()), None, 64)?;
+/// assert_eq!(grid.size.max_element(), 64);
+/// assert!(grid.aabb().contains([1.0, 0.5, 0.5].into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelGrid {
     /// Minimum corner of voxel 0, in the scene's space.
@@ -126,8 +135,8 @@ impl VoxelGrid {
         })
     }
 
-    /// Creates a grid as [`VoxelGrid::fitting`] does, with voxels of a size in the scene's unit, and at most `most`
-    /// along a side.
+    /// Creates a grid as [`VoxelGrid::fitting`] does, with voxels of a size in the scene's unit, and at most
+    /// `max_voxels` along a side.
     ///
     /// # Errors
     /// If there would be too few or too many voxels along the longest side.
@@ -135,18 +144,18 @@ impl VoxelGrid {
         solid: Aabb,
         view_bounds: Option<Aabb>,
         voxel: f32,
-        most: u32,
+        max_voxels: u32,
     ) -> Result<Self, VoxelSizeError> {
         let (held, is_cut) = contained_box(solid, view_bounds, |_| voxel);
         let count = (held.size() / voxel - 1e-3).ceil();
         let longest = count.max_element() as u32;
-        if !(voxel > 0.0 && (*RESOLUTION_RANGE.start()..=most).contains(&longest)) {
+        if !(voxel > 0.0 && (*RESOLUTION_RANGE.start()..=max_voxels).contains(&longest)) {
             let longest = contained_box(solid, view_bounds, |_| 0.0)
                 .0
                 .size()
                 .max_element();
             return Err(VoxelSizeError {
-                max: most,
+                max: max_voxels,
                 voxel_size: voxel,
                 longest,
             });

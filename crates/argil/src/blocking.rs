@@ -190,8 +190,8 @@ impl World {
         wait(self.render_async(camera, settings))
     }
 
-    /// Renders and fills until a view lacks nothing of levels of detail, or memory is full. Does nothing for another
-    /// representation.
+    /// Renders and bakes until all bricks that the view needs are resident, or the budget is full. Does nothing for a
+    /// representation other than levels.
     ///
     /// # Errors
     /// If a setting is out of range, or the work was canceled.

@@ -250,7 +250,7 @@ mod tests {
     /// Casts of spheres look at what is near, however many brushes there are, and stop where the field says.
     #[test]
     fn the_work_of_sphere_casts_is_bounded() {
-        for (count, is_edited, instrs) in [
+        for (count, is_edited, instructions) in [
             (60, false, 400),
             (1_000, false, 1_500),
             (1_000, true, 12_000),
@@ -298,7 +298,7 @@ mod tests {
             assert!(hits > 300, "{hits}");
             // All of it at each step would be a thousand each.
             assert!(
-                max_distance[1] < 40 && max_distance[0] < instrs,
+                max_distance[1] < 40 && max_distance[0] < instructions,
                 "{count}: {max_distance:?}"
             );
         }

@@ -83,7 +83,7 @@ impl Engine {
         argil_gpu::devices().await
     }
 
-    /// Describes the device for people.
+    /// Returns a human-readable description of the device.
     pub fn device(&self) -> String {
         match &self.gpu {
             Some(gpu) => format!("gpu: {}", gpu.info().name),

@@ -82,7 +82,7 @@ pub(crate) fn heights(
             heights.push(((sum / count) as f32).clamp(0.0, 1.0));
         }
     }
-    SampledGrid::of_heights([nx, nz], &heights).ok_or_else(|| damaged("it has no heights".into()))
+    SampledGrid::from_heights([nx, nz], &heights).ok_or_else(|| damaged("it has no heights".into()))
 }
 
 #[cfg(not(feature = "png"))]

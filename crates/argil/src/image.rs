@@ -103,7 +103,7 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
     let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
     let own = decoder
         .read_header_info()
-        .map_err(|e| fault(format!("it is read as a PNG picture: {e}")))?;
+        .map_err(|e| fault(format!("not a PNG image: {e}")))?;
     let had_more = own.bit_depth == png::BitDepth::Sixteen
         || matches!(
             own.color_type,

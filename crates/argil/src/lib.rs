@@ -1,4 +1,5 @@
 #![doc = include_str!("crate.md")]
+#![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
 #[cfg(not(target_arch = "wasm32"))]
 mod blocking;

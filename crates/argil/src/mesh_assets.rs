@@ -35,7 +35,7 @@ impl LoadedMesh {
         let share = self.grid.steepest_share();
         if share > STEEP {
             warnings.push(format!(
-                "one step between posts is {share:.0} times as steep as nearly all others: distances fall short everywhere for it, and pictures through bricks swell; smooth the image there, or take fewer posts"
+                "one step between posts is {share:.0} times as steep as most others, which shortens all distances: smooth the image there, or use fewer posts"
             ));
         }
         warnings
@@ -43,7 +43,7 @@ impl LoadedMesh {
 
     /// Returns a shape of this mesh. A heightmap keeps its image's proportions, and its longer side is 2.
     pub fn shape(&self) -> Shape {
-        let mut shape = Shape::of_file(self.path.clone());
+        let mut shape = Shape::from_file(self.path.clone());
         if let Some((_, resolution, grid)) = shape.file_mut() {
             *resolution = self.resolution;
             grid.0 = Some(self.grid.clone());
@@ -209,7 +209,7 @@ fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
     grid.ok_or_else(|| MeshReadError::Damaged {
         path: place.into(),
         kind: "grid",
-        reason: "its numbers make no grid of distances".into(),
+        reason: "not a grid of distances".into(),
     })
 }
 

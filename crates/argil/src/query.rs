@@ -208,8 +208,8 @@ impl<'a> Query<'a> {
         let p = Vec3::from(point);
         let words = match self.source {
             QuerySource::Volume(volume) => {
-                let (_, outwards) = self.gradient(point);
-                volume.material_at(p, outwards.into(), self.tables().materials())
+                let (_, outward) = self.gradient(point);
+                volume.material_at(p, outward.into(), self.tables().materials())
             }
             QuerySource::Field => None,
         };

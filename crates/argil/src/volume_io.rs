@@ -134,7 +134,7 @@ pub fn stored_scene(stored: &VolumeFile, path: &Path) -> Result<Scene, VolumeFil
             VolumeError::Content {
                 path: path.into(),
                 section: Section::Meshes,
-                reason: format!("the distances of {:?} make no sense", mesh.path),
+                reason: format!("the distances of {:?} are invalid", mesh.path),
             }
         })?;
         scene.set_mesh_grid(mesh.path.as_ref(), mesh.resolution, Arc::new(grid));

@@ -251,7 +251,7 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
     let here = tempfile::tempdir()?;
     let ring = |[x, y, z]: [f32; 3]| (x.hypot(z) - 0.5).hypot(y) - 0.2;
     let solid = [[-0.7, -0.2, -0.7], [0.7, 0.2, 0.7]];
-    let grid = argil::scene::SampledGrid::of(solid, 96, ring)?;
+    let grid = argil::scene::SampledGrid::from_fn(solid, 96, ring)?;
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sampled("ring", grid)))?;
     let place = here.path().join("scene.json");
@@ -287,10 +287,11 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
         let refused = refused.expect_err("a part of a grid").to_string();
         assert!(refused.contains("ring.grid"), "{refused}");
     }
-    let of = |solid, resolution| argil::scene::SampledGrid::of(solid, resolution, ring).map(|_| ());
+    let of =
+        |solid, resolution| argil::scene::SampledGrid::from_fn(solid, resolution, ring).map(|_| ());
     assert!(of([[0.0; 3]; 2], 96).is_err() && of(solid, 8).is_err() && of(solid, 513).is_err());
     assert!(of([[2.0; 3], [3.0; 3]], 32).is_err(), "nothing is inside");
-    assert!(argil::scene::SampledGrid::of(solid, 32, |_| f32::NAN).is_err());
+    assert!(argil::scene::SampledGrid::from_fn(solid, 32, |_| f32::NAN).is_err());
     Ok(())
 }
 
@@ -302,7 +303,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     std::fs::create_dir(&folder)?;
     let ball = |radius: f32| {
         let of = move |[x, y, z]: [f32; 3]| (x * x + y * y + z * z).sqrt() - radius;
-        argil::scene::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, of)
+        argil::scene::SampledGrid::from_fn([[-0.5; 3], [0.5; 3]], 32, of)
     };
     let mut scene = Scene::new();
     scene.push(Brush::new(Shape::sampled("a", ball(0.8)?)))?;
@@ -334,7 +335,7 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
         assert!(scene.save(folder.join("out.json")).is_err(), "{name}");
     }
     assert!(!here.path().join("b.grid").exists() && !folder.join("out.json").exists());
-    let steep = argil::scene::SampledGrid::of([[-0.5; 3], [0.5; 3]], 32, |[x, _, _]| 1e6 * x);
+    let steep = argil::scene::SampledGrid::from_fn([[-0.5; 3], [0.5; 3]], 32, |[x, _, _]| 1e6 * x);
     assert!(steep.is_err());
     Ok(())
 }

@@ -37,7 +37,13 @@ fn generate() -> anyhow::Result<()> {
         std::fs::write(root().join(path), text).with_context(|| path.to_owned())?;
         println!("{path}");
     }
-    for (path, text) in [readme::readmes()?, pictures::pictures()?].concat() {
+    for (path, text) in [
+        readme::readmes()?,
+        pictures::pictures()?,
+        pictures::crate_pictures()?,
+    ]
+    .concat()
+    {
         std::fs::write(&path, text).with_context(|| path.display().to_string())?;
         println!("{}", path.display());
     }

@@ -1,4 +1,4 @@
-//! Pictures of shapes: each example of `Shape`, rendered by the command and embedded in the documentation.
+//! Pictures in the documentation: each example of `Shape`, and one for each crate page, rendered by the command.
 
 use anyhow::{Context, ensure};
 use argil_scene::{Scene, Shape};
@@ -6,6 +6,75 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use xtask::root;
+
+/// A picture at the end of a crate page: the crate, the scene, what `argil render` gets, and the caption.
+struct CratePicture {
+    name: &'static str,
+    scene: &'static str,
+    arguments: &'static [&'static str],
+    caption: &'static str,
+}
+
+const CRATE_PICTURES: [CratePicture; 6] = [
+    CratePicture {
+        name: "argil",
+        scene: "props",
+        arguments: &["--via", "bricks"],
+        caption: "121 brushes with materials, rendered through sparse bricks",
+    },
+    CratePicture {
+        name: "argil-scene",
+        scene: "trees",
+        arguments: &[],
+        caption: "Trunks and crowns joined by smooth unions",
+    },
+    CratePicture {
+        name: "argil-field",
+        scene: "csg20",
+        arguments: &["--show", "heat"],
+        caption: "The steps of each ray through the exact field, from blue to red",
+    },
+    CratePicture {
+        name: "argil-volume",
+        scene: "csg20",
+        arguments: &["--via", "bricks", "--show", "bricks", "--resolution", "128"],
+        caption: "The bricks of a volume, one color each",
+    },
+    CratePicture {
+        name: "argil-render",
+        scene: "temple",
+        arguments: &["--show", "normal"],
+        caption: "Normals as colors",
+    },
+    CratePicture {
+        name: "argil-mesh",
+        scene: "csg20",
+        arguments: &["--via", "mesh", "--flat", "--resolution", "32"],
+        caption: "The triangles of a coarse mesh",
+    },
+];
+
+/// Renders the pictures of crate pages, as [`pictures`] does.
+pub(crate) fn crate_pictures() -> anyhow::Result<Vec<(PathBuf, String)>> {
+    let folder = tempfile::tempdir().context("a temporary folder")?;
+    let render = |own: &CratePicture| {
+        let picture = folder.path().join(format!("{}.png", own.name));
+        let scene = root().join(format!("scenes/{}.json", own.scene));
+        render(&scene, &picture, "320x180", own.arguments)?;
+        let caption = own.caption;
+        let path = format!("crates/{}/src/pictures/page.md", own.name);
+        let image = embedded(caption, &picture)?;
+        Ok((root().join(path), format!("{image}\n{caption}.\n")))
+    };
+    CRATE_PICTURES.iter().map(render).collect()
+}
+
+/// Returns Markdown that embeds a picture.
+fn embedded(caption: &str, picture: &Path) -> anyhow::Result<String> {
+    let bytes = std::fs::read(picture).context("a picture")?;
+    let data = BASE64_STANDARD.encode(bytes);
+    Ok(format!("\n![{caption}](data:image/png;base64,{data})\n"))
+}
 
 /// Renders every shape and returns the Markdown files that embed the pictures, as paths and texts.
 ///
@@ -33,12 +102,9 @@ pub(crate) fn pictures() -> anyhow::Result<Vec<(PathBuf, String)>> {
         .into_iter()
         .map(|(name, scene)| {
             let picture = folder.path().join(format!("{name}.png"));
-            render(&scene, &picture)?;
-            let bytes = std::fs::read(&picture).context("a picture")?;
-            let data = BASE64_STANDARD.encode(bytes);
+            render(&scene, &picture, "96x96", &[])?;
             let path = format!("crates/argil-scene/src/pictures/{name}.md");
-            let text = format!("\n![{name}](data:image/png;base64,{data})\n");
-            Ok((root().join(path), text))
+            Ok((root().join(path), embedded(&name, &picture)?))
         })
         .collect()
 }
@@ -53,7 +119,7 @@ fn variant(shape: &Shape) -> String {
         .to_owned()
 }
 
-fn render(scene: &Path, picture: &Path) -> anyhow::Result<()> {
+fn render(scene: &Path, picture: &Path, size: &str, others: &[&str]) -> anyhow::Result<()> {
     let status = Command::new("cargo")
         .current_dir(root())
         .args([
@@ -71,12 +137,13 @@ fn render(scene: &Path, picture: &Path) -> anyhow::Result<()> {
         .args([
             "--device",
             "cpu",
-            "--size",
-            "96x96",
             "--samples",
             "4",
             "--no-ground",
+            "--size",
+            size,
         ])
+        .args(others)
         .stdout(Stdio::null())
         .status()
         .context("cargo")?;

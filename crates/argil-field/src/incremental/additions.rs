@@ -52,7 +52,9 @@ impl IncrementalProgram {
         let last = self.order.values().rev().take(touched.after.len());
         let brushes = last.map(|node| {
             let own = &self.operands[node];
-            let [instr] = own.instrs[..] else { return None };
+            let [instr] = own.instructions[..] else {
+                return None;
+            };
             let joint = BrushParams::read(&program.params, instr.params as usize).joint;
             let is_plain = own.visible && own.is_plain() && own.group == ROOT;
             let is_brush = instr.op < abi::OP_SHAPES_END && joint.sb > 0.0;

@@ -12,16 +12,16 @@ use std::collections::HashSet;
 
 impl IncrementalProgram {
     /// Finds the parts of what was touched.
-    pub(super) fn collect_changes(&self, told: &mut ChangeSet) {
+    pub(super) fn collect_changes(&self, changes_made: &mut ChangeSet) {
         let words = |operand: &Operand, begin: u32, end: u32| {
             let at = operand.params.0;
             &self.tables.params[(at + begin) as usize..(at + end) as usize]
         };
         let mut alike = HashSet::new();
-        for old in &told.before {
+        for old in &changes_made.before {
             let there = self.order.get(&old.rank);
             let now = there
-                .filter(|node| told.after.contains(node))
+                .filter(|node| changes_made.after.contains(node))
                 .map(|node| &self.operands[node]);
             let now = now.filter(|now| old.same_structure(now));
             alike.extend(now.map(|now| now.rank));
@@ -30,24 +30,26 @@ impl IncrementalProgram {
                     if words(old, begin, end) == words(now, begin, end) {
                         continue;
                     }
-                    told.stretches
+                    changes_made
+                        .stretches
                         .push((now.params.0 + begin, now.params.0 + end));
                 }
-                told.stretches
+                changes_made
+                    .stretches
                     .push((old.params.0 + begin, old.params.0 + end));
             }
         }
-        for node in &told.after {
+        for node in &changes_made.after {
             let now = &self.operands[node];
             if !alike.contains(&now.rank) {
                 let (at, length) = now.params;
-                told.stretches.push((at, at + length));
+                changes_made.stretches.push((at, at + length));
             }
         }
-        told.stretches.sort_unstable();
-        for (nth, old) in told.before.iter().enumerate() {
+        changes_made.stretches.sort_unstable();
+        for (nth, old) in changes_made.before.iter().enumerate() {
             for part in self.index.parts_of(old, &self.groups) {
-                told.near.entry(part).or_default().push(nth);
+                changes_made.near.entry(part).or_default().push(nth);
             }
         }
     }
@@ -88,11 +90,11 @@ impl IncrementalProgram {
             .filter(|own| stays(&own.node))
         {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
-                writer.put(other.group, &other.instrs);
+                writer.put(other.group, &other.instructions);
             }
             self.put_near(&mut writer, own);
         }
-        others.for_each(|(_, other)| writer.put(other.group, &other.instrs));
+        others.for_each(|(_, other)| writer.put(other.group, &other.instructions));
         writer.end();
     }
 }

@@ -203,9 +203,9 @@ impl<'a> ListWriter<'a> {
     }
 
     /// Appends a piece.
-    pub(super) fn put(&mut self, group: u32, instrs: &[Instruction]) {
+    pub(super) fn put(&mut self, group: u32, instructions: &[Instruction]) {
         self.go_to(group);
-        match instrs {
+        match instructions {
             [only] => self.out.push(*only),
             all => append(all, self.out),
         }

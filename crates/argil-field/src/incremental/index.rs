@@ -66,7 +66,7 @@ impl PartIndex {
     /// Adds an operand.
     pub(super) fn enter(&mut self, node: NodeId, operand: &Operand, groups: &GroupTree) {
         let rank = operand.rank;
-        let instr = match operand.instrs[..] {
+        let instr = match operand.instructions[..] {
             [only] => Some(only),
             _ => None,
         };

@@ -46,7 +46,7 @@ impl IncrementalProgram {
         if self.counts.morphs > 0 {
             // A morph affects everything.
             self.acting()
-                .for_each(|own| writer.put(own.group, &own.instrs));
+                .for_each(|own| writer.put(own.group, &own.instructions));
             writer.end();
             return;
         }
@@ -59,13 +59,13 @@ impl IncrementalProgram {
         for own in near {
             while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
                 let other = &self.operands[&other];
-                writer.put(other.group, &other.instrs);
+                writer.put(other.group, &other.instructions);
             }
             self.put_near(&mut writer, own);
         }
         for (_, other) in others {
             let other = &self.operands[&other];
-            writer.put(other.group, &other.instrs);
+            writer.put(other.group, &other.instructions);
         }
         writer.end();
     }
@@ -73,7 +73,7 @@ impl IncrementalProgram {
     pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, own: &PartEntry) {
         match &own.instr {
             Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),
-            None => writer.put(own.group, &self.operands[&own.node].instrs),
+            None => writer.put(own.group, &self.operands[&own.node].instructions),
         }
     }
 
@@ -92,7 +92,7 @@ impl IncrementalProgram {
     /// Returns the whole scene's program, equal to [`Program::lower`] except for orders that do not matter.
     pub fn to_program(&self) -> Program {
         let mut whole = self.tables.clone();
-        let mut instrs = Vec::with_capacity(self.length);
+        let mut instructions = Vec::with_capacity(self.length);
         let mut operands = Vec::with_capacity(self.order.len());
         let root = GroupSpan {
             parent: ROOT,
@@ -103,12 +103,12 @@ impl IncrementalProgram {
         let mut groups = vec![root];
         let mut places = FxHashMap::default();
         places.insert(ROOT, ROOT);
-        let mut writer = ListWriter::new(&self.groups, &mut instrs);
+        let mut writer = ListWriter::new(&self.groups, &mut instructions);
         for own in self.acting() {
-            writer.put(own.group, &own.instrs);
+            writer.put(own.group, &own.instructions);
             let end = writer.len() as u32;
             operands.push(OperandSpan {
-                begin: end - own.instrs.len() as u32,
+                begin: end - own.instructions.len() as u32,
                 end,
                 group: self.place_of(own.group, &mut places, &mut groups),
                 operator: own.operator,
@@ -117,7 +117,7 @@ impl IncrementalProgram {
             whole.brushes += own.brushes;
         }
         writer.end();
-        whole.instructions = instrs;
+        whole.instructions = instructions;
         (whole.operands, whole.groups) = (operands, groups);
         whole
     }

@@ -18,7 +18,7 @@ pub(super) struct Operand {
     pub group: u32,
     /// Whether that group and all around it add.
     pub group_adds: bool,
-    pub instrs: Vec<Instruction>,
+    pub instructions: Vec<Instruction>,
     /// Its parameters, until they are stored in the table.
     pub own_params: Vec<f32>,
     /// Its range of the parameters.
@@ -67,18 +67,18 @@ impl Operand {
         self.visible == other.visible
             && self.group == other.group
             && self.params.1 == other.params.1
-            && self.instrs.len() == other.instrs.len()
+            && self.instructions.len() == other.instructions.len()
             && self
-                .instrs
+                .instructions
                 .iter()
-                .zip(&other.instrs)
+                .zip(&other.instructions)
                 .all(|(a, b)| relative(self, a) == relative(other, b))
     }
 
     /// Returns the range of each instruction's words among its own.
     pub(super) fn stretches(&self) -> Vec<(u32, u32)> {
         let mut begins: Vec<u32> = self
-            .instrs
+            .instructions
             .iter()
             .map(|i| i.params - self.params.0)
             .collect();
@@ -147,7 +147,7 @@ fn lowered(
         rank: 0,
         group: ROOT,
         group_adds: true,
-        instrs: own.instructions,
+        instructions: own.instructions,
         own_params: own.params,
         params: (0, 0),
         operator: scaled(&entry.operator, place.scale),

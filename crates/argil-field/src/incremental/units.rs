@@ -68,12 +68,12 @@ impl IncrementalProgram {
     }
 
     /// Removes a unit, and records the joints of its groups as touched.
-    pub(super) fn take_out(&mut self, node: NodeId, told: &mut ChangeSet) {
+    pub(super) fn take_out(&mut self, node: NodeId, changes_made: &mut ChangeSet) {
         let mut open = vec![node];
         while let Some(node) = open.pop() {
             if let Some(old) = self.remove(node) {
                 self.groups.release(old.group, node);
-                told.before.push(old);
+                changes_made.before.push(old);
                 continue;
             }
             let found = self.groups.find(node).filter(|&group| group != ROOT);
@@ -82,7 +82,7 @@ impl IncrementalProgram {
             };
             open.extend(&group.children);
             let (at, length) = group.params;
-            told.stretches.push((at, at + length));
+            changes_made.stretches.push((at, at + length));
             let (operator, depth) = (group.operator, group.inside.depth);
             self.counts.count_blend(operator.blend, depth - 1, false);
             self.length -= 2;

@@ -118,7 +118,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Returns the facts about a piece, if it is visible.
-    pub(super) fn told(&mut self, groups: &Pieces, piece: Piece) -> Option<PieceInfo> {
+    pub(super) fn piece_info(&mut self, groups: &Pieces, piece: Piece) -> Option<PieceInfo> {
         let entry = self.scene.node(piece.node).at_current_time();
         let scale = groups.groups[piece.group as usize].scale;
         entry.visible.then(|| PieceInfo {
@@ -141,16 +141,16 @@ impl<'a> Lowering<'a> {
         self.program.magnitude = greatest;
         let parent_of = |group: u32| pieces.groups[group as usize].parent;
         let operator_of = |group: u32| pieces.groups[group as usize].operator;
-        let told = pieces
+        let piece_infos = pieces
             .all
             .iter()
-            .filter_map(|&piece| self.told(pieces, piece));
-        let all = regularity_of(told, parent_of, operator_of);
+            .filter_map(|&piece| self.piece_info(pieces, piece));
+        let all = regularity_of(piece_infos, parent_of, operator_of);
         self.set_regularity(all);
         if all.slack + all.hidden > 0.0 {
             let last_first = pieces.all.iter().rev();
-            let told = last_first.filter_map(|&piece| self.told(pieces, piece));
-            self.program.loose = loose_of(told, parent_of, operator_of, all);
+            let piece_infos = last_first.filter_map(|&piece| self.piece_info(pieces, piece));
+            self.program.loose = loose_of(piece_infos, parent_of, operator_of, all);
         }
     }
 }

@@ -363,7 +363,7 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
                 p.distance(c) - (f(from_radius) * (1.0 - t) + f(to_radius) * t)
             })
             .fold(f64::INFINITY, f64::min),
-        Shape::SplineTube { ref points } => argil_scene::spline_pieces(points)
+        Shape::SplineTube { ref points } => argil_scene::spline_segments(points)
             .flat_map(|([a, b, c], [from, to])| {
                 let [a, b, c] = [a, b, c].map(|p| p.as_dvec3());
                 (0..=SAMPLES / 10).map(move |i| {

@@ -32,10 +32,10 @@ pub(super) struct BrickBuilder<'a> {
     pool: [u32; 3],
     mixed_room: u64,
     scratch: EditScratch,
-    instrs: StorageBuffer,
+    instructions: StorageBuffer,
     cells: GpuCellTable,
     materials: StorageBuffer,
-    ledger: PoolAccounting,
+    accounting: PoolAccounting,
 }
 
 impl<'a> BrickBuilder<'a> {
@@ -64,13 +64,14 @@ impl<'a> BrickBuilder<'a> {
         let mut runs: Vec<BlockTables> = Vec::new();
         for (slot, (block, range)) in (FAR_SLOTS..).zip(&plan.blocks) {
             let is_full = |run: &BlockTables| {
-                run.slots.len() >= MAX_BLOCKS || run.instrs.len() + range.len() > MAX_INSTRUCTIONS
+                run.slots.len() >= MAX_BLOCKS
+                    || run.instructions.len() + range.len() > MAX_INSTRUCTIONS
             };
             if runs.last().is_none_or(is_full) {
                 runs.push(BlockTables::default());
             }
             if let Some(run) = runs.last_mut() {
-                let list = &plan.instrs[range.clone()];
+                let list = &plan.instructions[range.clone()];
                 let first = *block * BLOCK_SIDE as i32;
                 let bounds = layout.block_words(program, first, list);
                 run.push(slot, u64::MAX, list, bounds);
@@ -85,10 +86,10 @@ impl<'a> BrickBuilder<'a> {
             pool: [1; 3],
             mixed_room: 0,
             scratch: EditScratch::new(gpu)?,
-            instrs: StorageBuffer::new("instructions of lists"),
+            instructions: StorageBuffer::new("instructions of lists"),
             cells: GpuCellTable::new(gpu, table, layout.far_length(), None)?,
             materials: StorageBuffer::new("bricks' materials"),
-            ledger: PoolAccounting::new(gpu, 0, 0)?,
+            accounting: PoolAccounting::new(gpu, 0, 0)?,
         })
     }
 
@@ -117,7 +118,7 @@ impl<'a> BrickBuilder<'a> {
         let capacity: u32 = self.pool.iter().product();
         let bytes = 4 * u64::from(capacity) + 8 * PLACES * mixed_room;
         self.materials.reserve_exact(gpu, bytes)?;
-        self.ledger = PoolAccounting::new(gpu, 0, 0)?;
+        self.accounting = PoolAccounting::new(gpu, 0, 0)?;
         self.cells.clear(gpu);
         gpu.with_error_scope(|| {
             let mut encoder = gpu
@@ -128,7 +129,7 @@ impl<'a> BrickBuilder<'a> {
             }
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let mut bake = PassRecorder::new(gpu)?;
+        let mut recorder = PassRecorder::new(gpu)?;
         let blocks = self.runs.iter().map(|run| run.slots.len() as u64);
         control.begin("blocks", blocks.sum());
         for run in &self.runs {
@@ -136,12 +137,12 @@ impl<'a> BrickBuilder<'a> {
                 return Err(GpuError::Cancelled);
             }
             control.advance(run.slots.len() as u64);
-            let instrs = if run.instrs.is_empty() {
+            let instructions = if run.instructions.is_empty() {
                 NOP
             } else {
-                &run.instrs
+                &run.instructions
             };
-            self.instrs.write(gpu, instrs)?;
+            self.instructions.write(gpu, instructions)?;
             let lists = &mut self.scratch.lists;
             let prune = run.write(gpu, lists, self.program, &self.layout)?;
             let candidates = 4 * 64 * 4 * u64::from(prune.count);
@@ -164,26 +165,26 @@ impl<'a> BrickBuilder<'a> {
                     .encoding
                     .fill_uniform(self.program, &self.layout.voxel_grid, 0),
                 prune,
-                instrs: &self.instrs,
-                length: run.instrs.len(),
+                instructions: &self.instructions,
+                length: run.instructions.len(),
                 mixes: self.program.materials().len() > 1,
             };
             let site = BrickTargets {
                 texture: &texture,
                 cells: &self.cells.buffer,
                 materials: &self.materials,
-                counters: &self.ledger.counters,
+                counters: &self.accounting.counters,
             };
-            encode_build(self.field, &mut self.scratch, &site, &order, &mut bake).await?;
+            encode_build(self.field, &mut self.scratch, &site, &order, &mut recorder).await?;
         }
-        Ok((texture, bake.finish().await?))
+        Ok((texture, recorder.finish().await?))
     }
 
     /// Returns how many bricks the build needed, and how many of them are mixed.
     pub(super) async fn counts(&mut self) -> Result<[u64; 2], GpuError> {
-        self.ledger.wait_for_counters(self.field.gpu()).await?;
+        self.accounting.wait_for_counters(self.field.gpu()).await?;
         let counters = [abi::COUNTER_HIGH_WATER, abi::COUNTER_HIGH_WATER_MIXED];
-        Ok(counters.map(|counter| self.ledger.known.get(counter)))
+        Ok(counters.map(|counter| self.accounting.known.get(counter)))
     }
 
     /// Whether there was room for these numbers of bricks and mixed ones.
@@ -205,7 +206,7 @@ impl<'a> BrickBuilder<'a> {
             materials: self.materials,
             mixed: self.mixed_room,
             pool: self.pool,
-            ledger: self.ledger,
+            accounting: self.accounting,
             lipschitz: self.program.lipschitz(),
             making: None,
             uniform: BrickUniform::default(),

@@ -74,19 +74,19 @@ impl EditScratch {
 #[derive(Debug)]
 pub(super) struct BuildTables {
     pub scratch: EditScratch,
-    pub instrs: StorageBuffer,
+    pub instructions: StorageBuffer,
 }
 
 impl BuildTables {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             scratch: EditScratch::new(gpu)?,
-            instrs: StorageBuffer::new("instructions of lists"),
+            instructions: StorageBuffer::new("instructions of lists"),
         })
     }
 
     /// Returns the bytes on the device.
     pub(super) fn size(&self) -> u64 {
-        self.scratch.size() + self.instrs.size()
+        self.scratch.size() + self.instructions.size()
     }
 }

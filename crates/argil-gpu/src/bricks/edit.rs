@@ -42,7 +42,7 @@ impl BrickTables {
         let (field, live, work) = (edit.field, edit.incremental, &mut edits.queue);
         check(field, live.program(), &self.layout)?;
         let gpu = field.gpu().clone();
-        self.ledger.poll_counters(&gpu)?;
+        self.accounting.poll_counters(&gpu)?;
         let mut making = match self.making.take() {
             Some(making) => making,
             None => Box::new(BuildTables::new(&gpu)?),
@@ -99,7 +99,7 @@ impl BrickTables {
         body: &mut VolumeStorage,
         field: &GpuProgram,
     ) -> Result<(), GpuError> {
-        let counted = self.ledger.read(field.gpu()).await?;
+        let counted = self.accounting.read(field.gpu()).await?;
         self.making = None;
         let fit = self.fit(field, &body.texture, counted.bricks(), counted.mixed())?;
         body.set_texture(fit);
@@ -149,7 +149,7 @@ impl EditRun<'_> {
         let needed = GpuCellTable::bytes_for(new.len() as u64) + tables.cells.memory_bytes();
         if !new.is_empty() && needed > self.budget {
             return Err(GpuError::Budget {
-                bricks: tables.ledger.known.bricks(),
+                bricks: tables.accounting.known.bricks(),
                 needed,
                 budget: self.budget,
             });
@@ -179,19 +179,19 @@ impl EditRun<'_> {
         let gpu = self.field.gpu();
         let program = self.live.program();
         let mixes = program.materials().len() > 1;
-        let instrs = if blocks.instrs.is_empty() {
+        let instructions = if blocks.instructions.is_empty() {
             NOP
         } else {
-            &blocks.instrs
+            &blocks.instructions
         };
-        making.instrs.write(gpu, instrs)?;
+        making.instructions.write(gpu, instructions)?;
         let lists = &mut making.scratch.lists;
         let prune = blocks.write(gpu, lists, program, &tables.layout)?;
         let candidates = 4 * 64 * 4 * u64::from(prune.count);
         making.scratch.candidates.reserve(gpu, candidates)?;
 
         let mut more = [blocks.cells(); 2];
-        let few = FEW_CELLS.max(tables.ledger.known.bricks() / 4);
+        let few = FEW_CELLS.max(tables.accounting.known.bricks() / 4);
         let room = (more[0] <= few)
             .then(|| tables.make_room(self.field, &body.texture, more, mixes, self.budget));
         let room = match room {
@@ -202,9 +202,9 @@ impl EditRun<'_> {
                 };
                 self.encode(tables, &body.texture, making, blocks, counted)
                     .await?;
-                tables.ledger.take_known(gpu).await?;
+                tables.accounting.take_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
-                    .map(|counter| tables.ledger.known.get(counter));
+                    .map(|counter| tables.accounting.known.get(counter));
                 tables.make_room(self.field, &body.texture, more, mixes, self.budget)?
             }
             Some(room) => room?,
@@ -214,7 +214,7 @@ impl EditRun<'_> {
         }
         self.encode(tables, &body.texture, making, blocks, prune)
             .await?;
-        tables.ledger.record_upper_bound(gpu, more)
+        tables.accounting.record_upper_bound(gpu, more)
     }
 
     async fn encode(
@@ -242,17 +242,24 @@ impl EditRun<'_> {
             },
             fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
             prune,
-            instrs: &making.instrs,
-            length: blocks.instrs.len(),
+            instructions: &making.instructions,
+            length: blocks.instructions.len(),
             mixes: program.materials().len() > 1,
         };
         let site = BrickTargets {
             texture,
             cells: &tables.cells.buffer,
             materials: &tables.materials,
-            counters: &tables.ledger.counters,
+            counters: &tables.accounting.counters,
         };
-        let mut bake = PassRecorder::untimed(self.field.gpu());
-        encode_build(self.field, &mut making.scratch, &site, &order, &mut bake).await
+        let mut recorder = PassRecorder::untimed(self.field.gpu());
+        encode_build(
+            self.field,
+            &mut making.scratch,
+            &site,
+            &order,
+            &mut recorder,
+        )
+        .await
     }
 }

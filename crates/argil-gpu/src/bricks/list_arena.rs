@@ -13,7 +13,7 @@ const WORDS: [u64; 2] = [16, 32];
 /// Blocks with their programs.
 #[derive(Default)]
 pub(super) struct BlockTables {
-    pub instrs: Vec<Instruction>,
+    pub instructions: Vec<Instruction>,
     /// Their slots.
     pub slots: Vec<u32>,
     /// A bit for each cell to sample.
@@ -33,20 +33,21 @@ impl BlockTables {
         list: &[Instruction],
         bounds: [f32; BLOCK_WORDS],
     ) {
-        let begin = self.instrs.len() as u32;
+        let begin = self.instructions.len() as u32;
         self.slots.push(slot);
         self.bounds.push(bounds);
         self.dirty.push(dirty);
         self.stretches.push([begin, list.len() as u32]);
-        self.instrs.extend(list.iter().map(|&instr| Instruction {
-            // The end of a loop points at its beginning.
-            operand: if instr.op == abi::OP_NEXT {
-                instr.operand + begin
-            } else {
-                instr.operand
-            },
-            ..instr
-        }));
+        self.instructions
+            .extend(list.iter().map(|&instr| Instruction {
+                // The end of a loop points at its beginning.
+                operand: if instr.op == abi::OP_NEXT {
+                    instr.operand + begin
+                } else {
+                    instr.operand
+                },
+                ..instr
+            }));
     }
 
     /// Returns the number of cells to sample.
@@ -75,8 +76,8 @@ impl BlockTables {
         let head = bounds_first + BLOCK_WORDS as u64 * count;
         let room = ArenaRequest {
             head,
-            lists: per_instr * self.instrs.len() as u64 + per_cell * cells,
-            length: self.instrs.len() as u64,
+            lists: per_instr * self.instructions.len() as u64 + per_cell * cells,
+            length: self.instructions.len() as u64,
         };
         let (arena_first, arena_words) = room.reserve(gpu, table)?;
         let mut words = self.slots.clone();

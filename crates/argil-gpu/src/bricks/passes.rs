@@ -169,7 +169,7 @@ pub(super) struct BuildParams<'a> {
     /// The blocks, and the positions of their lists.
     pub prune: PruneUniform,
     /// The instructions of the lists.
-    pub instrs: &'a StorageBuffer,
+    pub instructions: &'a StorageBuffer,
     /// Number of instructions.
     pub length: usize,
     /// Whether there is more than one material.
@@ -198,7 +198,7 @@ fn groups_of(
         .texture
         .create_view(&wgpu::TextureViewDescriptor::default());
     gpu.with_error_scope(|| {
-        let mut entries: Vec<_> = field.bindings_with(order.instrs).collect();
+        let mut entries: Vec<_> = field.bindings_with(order.instructions).collect();
         entries.push(entry(VOLUME, &scratch.words));
         entries.push(entry(FILL, &scratch.fill));
         entries.push(entry(PRUNE, &scratch.prune));
@@ -233,7 +233,7 @@ pub(super) async fn encode_build(
     scratch: &mut EditScratch,
     site: &BrickTargets<'_>,
     order: &BuildParams<'_>,
-    bake: &mut PassRecorder<'_>,
+    recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
     let last = &order.prune;
@@ -246,15 +246,18 @@ pub(super) async fn encode_build(
     gpu.queue
         .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
     let groups = rows((order.length as u32).div_ceil(64).max(1));
-    bake.pass("prune", &passes.begin_lists, &bind_group, groups)
+    recorder
+        .pass("prune", &passes.begin_lists, &bind_group, groups)
         .await?;
-    bake.pass("measure", &passes.measure, &bind_group, rows(last.count))
+    recorder
+        .pass("measure", &passes.measure, &bind_group, rows(last.count))
         .await?;
     if last.build_mode == abi::BUILD_COUNT_ONLY {
         return Ok(());
     }
     let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
-    bake.pass("measure", &passes.plan, &plan_group, groups)
+    recorder
+        .pass("measure", &passes.plan, &plan_group, groups)
         .await?;
     let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
         return Err(GpuError::Lost("no buffer".into()));
@@ -275,21 +278,26 @@ pub(super) async fn encode_build(
         gpu.queue
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk) + 12);
-        bake.pass("prune", &passes.prune_cells, &bind_group, groups)
+        recorder
+            .pass("prune", &passes.prune_cells, &bind_group, groups)
             .await?;
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk));
-        bake.pass("fill", &passes.fill_bricks, &bind_group, groups)
+        recorder
+            .pass("fill", &passes.fill_bricks, &bind_group, groups)
             .await?;
         if order.mixes {
-            bake.pass("materials", &passes.fill_materials, &bind_group, groups)
+            recorder
+                .pass("materials", &passes.fill_materials, &bind_group, groups)
                 .await?;
         }
     }
     let groups = rows(last.count.div_ceil(64));
-    bake.pass("settle", &passes.mark_empty_blocks, &bind_group, groups)
+    recorder
+        .pass("release", &passes.mark_empty_blocks, &bind_group, groups)
         .await?;
     let groups = DispatchSize::Direct([1, 1, 1]);
-    bake.pass("settle", &passes.release_freed, &bind_group, groups)
+    recorder
+        .pass("release", &passes.release_freed, &bind_group, groups)
         .await?;
     Ok(())
 }

@@ -31,7 +31,7 @@ impl BrickTables {
         budget: u64,
     ) -> Result<Option<wgpu::Texture>, GpuError> {
         let gpu = field.gpu();
-        let most = self.ledger.upper_bound();
+        let most = self.accounting.upper_bound();
         let [bricks, mixed] = [0, 1].map(|i| most[i] + more[i]);
         let mixed = if mixes { mixed } else { 0 };
         let capacity: u64 = self.pool.map(u64::from).iter().product();
@@ -66,7 +66,7 @@ impl BrickTables {
     fn has_stack(&self) -> bool {
         let capacity: u64 = self.pool.map(u64::from).iter().product();
         let with_stack = 4 * (u64::from(abi::COUNTERS) + capacity + self.mixed);
-        self.ledger.counters.size() >= with_stack
+        self.accounting.counters.size() >= with_stack
     }
 
     /// Returns a pool with room for exactly these numbers of bricks and mixed ones: its texture.
@@ -106,7 +106,7 @@ impl BrickTables {
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             // The totals continue.
-            if let (Some(from), Some(to)) = (self.ledger.counters.buffer(), counters.buffer()) {
+            if let (Some(from), Some(to)) = (self.accounting.counters.buffer(), counters.buffer()) {
                 let first = 4 * u64::from(abi::COUNTER_FILLED);
                 encoder.copy_buffer_to_buffer(from, first, to, first, head - first);
             }
@@ -116,7 +116,7 @@ impl BrickTables {
             texture,
             cells: &self.cells.buffer,
             materials: &self.materials,
-            counters: &self.ledger.counters,
+            counters: &self.accounting.counters,
         };
         let new = BrickTargets {
             texture: &moved,
@@ -132,7 +132,7 @@ impl BrickTables {
             &new,
         )?;
         (self.pool, self.mixed, self.materials) = (pool, mixed, materials);
-        self.ledger.counters = counters;
+        self.accounting.counters = counters;
         Ok(moved)
     }
 }

@@ -22,7 +22,7 @@ pub(crate) struct BrickTables {
     pub mixed: u64,
     /// Bricks of the pool along each axis.
     pub pool: [u32; 3],
-    pub ledger: PoolAccounting,
+    pub accounting: PoolAccounting,
     pub lipschitz: f32,
     /// Created by the first edit.
     pub making: Option<Box<BuildTables>>,
@@ -38,7 +38,7 @@ impl BrickTables {
 
     /// Waits for edits. Returns the number of bricks.
     pub(super) async fn count(&self, gpu: &Gpu) -> Result<u64, GpuError> {
-        Ok(self.ledger.read(gpu).await?.bricks())
+        Ok(self.accounting.read(gpu).await?.bricks())
     }
 }
 

@@ -66,8 +66,8 @@ impl GpuVolume {
         let build = OctreeBuilder::new(field, measures, &words, order)?;
         let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
         let tree_group = build.tree_group(&tree_layout)?;
-        let mut bake = PassRecorder::new(gpu)?;
-        build.select(&mut bake, order).await?;
+        let mut recorder = PassRecorder::new(gpu)?;
+        build.select(&mut recorder, order).await?;
         let once = DispatchSize::Direct([1, 1, 1]);
         let (sort, groups) = match order {
             BrickOrdering::PrefixSum => (&compact, once),
@@ -76,10 +76,10 @@ impl GpuVolume {
                 (&rank, DispatchSize::Direct([groups, 1, 1]))
             }
         };
-        bake.pass("sort", sort, &tree_group, groups).await?;
-        build.fill(&mut bake, program).await?;
-        bake.pass("tree", &link, &tree_group, once).await?;
-        let stages = bake.finish().await?;
+        recorder.pass("sort", sort, &tree_group, groups).await?;
+        build.fill(&mut recorder, program).await?;
+        recorder.pass("tree", &link, &tree_group, once).await?;
+        let stages = recorder.finish().await?;
         let (voxel_grid, encoding) = (measures.voxel_grid, measures.encoding);
         let OctreeBuilder {
             texture, tables, ..
@@ -187,7 +187,7 @@ impl<'a> OctreeBuilder<'a> {
     /// Finds the cells that the surface can pass through.
     async fn select(
         &self,
-        bake: &mut PassRecorder<'_>,
+        recorder: &mut PassRecorder<'_>,
         order: BrickOrdering,
     ) -> Result<(), GpuError> {
         let (layout, [bits, list]) = select_passes(self.field.gpu(), self.field)?;
@@ -207,11 +207,15 @@ impl<'a> OctreeBuilder<'a> {
             BrickOrdering::PrefixSum => &bits,
             BrickOrdering::EnumerationSort => &list,
         };
-        bake.pass("select", select, &group, groups).await
+        recorder.pass("select", select, &group, groups).await
     }
 
     /// Samples the bricks and the vacant cells.
-    async fn fill(&self, bake: &mut PassRecorder<'_>, program: &Program) -> Result<(), GpuError> {
+    async fn fill(
+        &self,
+        recorder: &mut PassRecorder<'_>,
+        program: &Program,
+    ) -> Result<(), GpuError> {
         let (field, measures) = (self.field, &self.measures);
         let gpu = field.gpu();
         let side = tile_side(gpu, measures.brick_size_voxels);
@@ -248,10 +252,10 @@ impl<'a> OctreeBuilder<'a> {
             gpu.queue
                 .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Indirect(&self.arguments, 0);
-            bake.pass("fill", &bricks, &group, groups).await?;
+            recorder.pass("fill", &bricks, &group, groups).await?;
         }
         let groups = DispatchSize::Direct(measures.size_bricks.to_array());
-        bake.pass("vacant", &vacant, &group, groups).await
+        recorder.pass("vacant", &vacant, &group, groups).await
     }
 }
 

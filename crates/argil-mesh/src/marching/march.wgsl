@@ -1,7 +1,7 @@
 // GPU version of bricks.rs: marching cubes over units of cells, one workgroup each. A unit is a brick, or a part of
 // a dense volume. Units are counted, the counts are summed, then each unit writes its vertices and triangles. A row
-// of samples is a row of bits. A vertex belongs to the unit that has its edge at a low side. `stored.wgsl` of the
-// volume locates samples.
+// of samples is a row of bits. A vertex belongs to the unit that has its edge at a low side. The volume's
+// shader locates samples.
 
 const GROUP: u32 = 64u;
 // Rows of the samples of 16³ cells.

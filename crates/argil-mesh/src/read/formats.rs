@@ -1,6 +1,6 @@
 //! Parses the bytes of each format.
 
-use super::fault::{MAX_TRIANGLES, ReadFault};
+use super::error::{MAX_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -58,7 +58,7 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
         ..tobj::LoadOptions::default()
     };
     if bytes.contains(&0) {
-        return Err("it holds bytes that no text has".into());
+        return Err("not UTF-8 text".into());
     }
     let text = obj_lines(bytes);
     let mut file = BufReader::new(Cursor::new(text.as_bytes()));
@@ -70,7 +70,7 @@ pub(super) fn obj(bytes: &[u8]) -> Result<Mesh, ReadFault> {
         let base = mesh.positions.len() as u32;
         let (places, rest) = model.mesh.positions.as_chunks::<3>();
         if !rest.is_empty() {
-            return Err("half a corner is left".into());
+            return Err("incomplete vertex: a position needs three coordinates".into());
         }
         mesh.positions.extend(places.iter().map(|&p| Vec3::from(p)));
         let (triangles, _) = model.mesh.indices.as_chunks::<3>();
@@ -128,11 +128,7 @@ pub(super) fn glb(bytes: &[u8]) -> Result<Mesh, ReadFault> {
         .collect();
     while let Some((node, parent)) = todo.pop() {
         if std::mem::replace(&mut seen[node.index()], true) {
-            return Err(format!(
-                "node {} is there twice, and nodes make a tree",
-                node.index()
-            )
-            .into());
+            return Err(format!("node {} has two parents", node.index()).into());
         }
         let map = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         todo.extend(node.children().map(|child| (child, map)));
@@ -217,10 +213,10 @@ fn check_accessor(
 ) -> Result<(), String> {
     let fault = |what: &str| Err(format!("accessor {}: {what}", accessor.index()));
     if !is_right {
-        return fault("its numbers are of another kind than corners or indices are");
+        return fault("unsupported component type");
     }
     let Some(view) = accessor.view().filter(|_| accessor.sparse().is_none()) else {
-        return fault("sparse numbers are not read");
+        return fault("sparse accessors are not supported");
     };
     let stride = view.stride().unwrap_or(accessor.size());
     let last = accessor.count().saturating_sub(1);
@@ -232,7 +228,7 @@ fn check_accessor(
     let is_held = own.is_some_and(|own| own <= view.length())
         && end.is_some_and(|end| blob.is_some_and(|blob| end <= blob.len()));
     if stride < accessor.size() || !is_held {
-        return fault("its numbers are not where it says");
+        return fault("its data lie outside the buffer");
     }
     Ok(())
 }
@@ -240,7 +236,7 @@ fn check_accessor(
 /// Returns a reader's message with a remedy.
 fn said(kind: ErrorKind, text: String) -> String {
     match kind {
-        ErrorKind::UnexpectedEof => "it ends in the middle: it is cut off".to_owned(),
+        ErrorKind::UnexpectedEof => "unexpected end of file: it is truncated".to_owned(),
         _ => text,
     }
 }
@@ -382,18 +378,18 @@ mod tests {
             let found = reason(obj(format!("{corners}f 1 2 3\n{face}\n").as_bytes()));
             assert_eq!(found, format!("line 5: \"{face}\""));
         }
-        assert!(reason(obj(b"v 0 0 0\0\x01")).contains("no text"));
+        assert!(reason(obj(b"v 0 0 0\0\x01")).contains("not UTF-8"));
         let mut binary = vec![0; 80];
         binary.extend(2u32.to_le_bytes());
         binary.extend([0; 60]);
-        assert!(reason(stl(&binary)).contains("cut off"));
+        assert!(reason(stl(&binary)).contains("truncated"));
         let header = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
         let found = reason(ply(format!("{header}0 0 0\n1 a 0\n").as_bytes()));
         assert!(
             found.contains("ine 9") && found.contains("1 a 0") && !found.contains('\n'),
             "{found}"
         );
-        assert!(reason(ply(format!("{header}0 0 0\n").as_bytes())).contains("cut off"));
+        assert!(reason(ply(format!("{header}0 0 0\n").as_bytes())).contains("truncated"));
     }
 
     #[test]

@@ -38,7 +38,7 @@ fn material_place(nth: vec3<u32>) -> vec3<u32> {
 }
 
 // GPU version of Bricks::material. The field provides what bricks do not store.
-fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
+fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     let at = locate(in_voxels(p));
     if !is_brick(at.word) {
         field_surface(p);
@@ -61,7 +61,7 @@ fn surface_material(p: vec3<f32>, outwards: vec3<f32>) -> GpuMaterial {
         let index = vec3<u32>(begin) + far;
         let sample = material_place(index);
         let d = textureLoad(stored, brick_origin(at.word) + sample, 0).x * per_voxel;
-        let from_plane = clamp(dot(vec3<f32>(sample) - at.inner, outwards), -per_voxel, per_voxel);
+        let from_plane = clamp(dot(vec3<f32>(sample) - at.inner, outward), -per_voxel, per_voxel);
         let beside = max(1.0 - abs(d - from_plane), 0.0);
         let word = volume.capacity + 2u * (block + index.x + MATERIAL_SIDE * (index.y + MATERIAL_SIDE * index.z));
         let found = unpack_material(vec2(brick_materials[word], brick_materials[word + 1u]));

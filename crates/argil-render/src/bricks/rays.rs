@@ -42,11 +42,11 @@ impl<'a> BrickRays<'a> {
     pub(super) fn look(
         &self,
         point: Vec3,
-        outwards: Vec3,
+        outward: Vec3,
         palette: &[GpuMaterial],
     ) -> Option<GpuMaterial> {
         let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
-        bricks.material(point, outwards, palette)
+        bricks.material(point, outward, palette)
     }
 
     pub(super) fn voxel(&self) -> f32 {

@@ -79,7 +79,7 @@ fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
 // Interpolates at a position that may be beyond a brick's end along an axis. Returns the distance from `inner` as
 // well. Reads the neighbor's brick or, without one, the brick's end. Avoids branches, because software devices
 // execute both sides.
-fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
+fn brick_beside(at: CellLocations, axis: u32, by: f32) -> vec2<f32> {
     let side = f32(volume.brick_size_voxels);
     var place = at.inner;
     place[axis] += by;
@@ -95,7 +95,7 @@ fn brick_beside(at: Located, axis: u32, by: f32) -> vec2<f32> {
     return vec2(d, by - select(over, 0.0, exists));
 }
 
-fn change_along(at: Located, axis: u32) -> f32 {
+fn change_along(at: CellLocations, axis: u32) -> f32 {
     // Within a voxel, the difference along the axis is constant.
     var low = -0.5;
     var high = 0.5;
@@ -115,7 +115,7 @@ fn change_along(at: Located, axis: u32) -> f32 {
 fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     let at = locate(in_voxels(p));
     let in_brick = is_brick(at.word);
-    let held = Located(at.cell, at.inner, select(0u, at.word, in_brick));
+    let held = CellLocations(at.cell, at.inner, select(0u, at.word, in_brick));
     let n = vec3(change_along(held, 0u), change_along(held, 1u), change_along(held, 2u));
     let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     return n * select(0.0, side / max(length, 1e-37), in_brick && length > 0.0);

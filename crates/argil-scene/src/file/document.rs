@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Item {
-    /// A name for people.
+    /// A human-readable name.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Whether it takes part in the solid.

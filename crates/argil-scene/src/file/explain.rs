@@ -164,9 +164,9 @@ pub(super) fn describe(error: &ReaderError) -> String {
     match error {
         ReaderError::SyntaxError(e) => match e.kind {
             SyntaxErrorKind::IncompleteDocument => {
-                "the file ends in the middle: it is cut off".to_owned()
+                "unexpected end of file: it is truncated".to_owned()
             }
-            kind => format!("not JSON here: {}", in_words(&format!("{kind:?}"))),
+            kind => format!("invalid JSON: {}", in_words(&format!("{kind:?}"))),
         },
         ReaderError::UnexpectedValueType {
             expected, actual, ..

@@ -32,7 +32,7 @@ pub(super) fn read<'a>(
                 content(
                     line,
                     column,
-                    ValidationError::new("", "something follows the scene's closing brace"),
+                    ValidationError::new("", "unexpected data after the scene's closing brace"),
                 )
             };
             reader.consume_trailing_whitespace().map_err(follows)?;
@@ -97,7 +97,7 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
         meter.mark();
         let key = reader.next_name_owned()?;
         if seen.contains(&key) {
-            return fault(&key, "this field stands twice");
+            return fault(&key, "duplicate field");
         }
         match key.as_str() {
             "name" => scene.name = part(reader, "name")?,
@@ -142,7 +142,7 @@ fn materials(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Resul
         if scene.materials.contains_key(&name) {
             return Err(Stop::Fault(ValidationError::new(
                 path,
-                "a material of this name stands above",
+                "duplicate material name",
             )));
         }
         let material = part(reader, &path)?;
@@ -246,7 +246,7 @@ fn field(
         return Ok(false);
     };
     if item.seen & (1 << number) != 0 {
-        return fault(open, "this field stands twice".into());
+        return fault(open, "duplicate field".into());
     }
     item.seen |= 1 << number;
     // The path costs a walk over the open groups, so it is made only for errors.

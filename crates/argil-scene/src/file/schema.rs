@@ -13,7 +13,7 @@ struct SceneDocument {
     /// Version of the format. It must come first.
     #[schemars(range(min = 1, max = 1))]
     pub argil: u32,
-    /// A name for people.
+    /// A human-readable name.
     #[serde(default)]
     pub name: String,
     /// Source and license of the scene or its parts.

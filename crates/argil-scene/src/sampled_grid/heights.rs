@@ -11,7 +11,7 @@ impl SampledGrid {
     ///
     /// ```
     /// use argil_scene::{LoadedGrid, SampledGrid, Shape};
-    /// let roof = SampledGrid::of_heights([3, 2], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).expect("heights");
+    /// let roof = SampledGrid::from_heights([3, 2], &[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).expect("heights");
     /// let grid = LoadedGrid(Some(std::sync::Arc::new(roof)));
     /// let shape = Shape::Heightmap {
     ///     path: "roof.png".into(),
@@ -23,7 +23,7 @@ impl SampledGrid {
     /// };
     /// assert!(shape.check().is_ok());
     /// ```
-    pub fn of_heights(posts: [u32; 2], heights: &[f32]) -> Option<Self> {
+    pub fn from_heights(posts: [u32; 2], heights: &[f32]) -> Option<Self> {
         let [nx, nz] = posts.map(|n| n as usize);
         let is_count = |n: u32| (2..=MAX_POSTS).contains(&n);
         let is_height = |h: &f32| (0.0..=1.0).contains(h);

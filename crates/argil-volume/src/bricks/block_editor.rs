@@ -180,7 +180,7 @@ impl BlockEditor<'_> {
             let mut bits = if had_any { changed(before, &cells) } else { 0 };
             if lists.current.len() > LONG_LIST {
                 for (nth, (_, range)) in near.iter().enumerate() {
-                    let own = &found.instrs[range.clone()];
+                    let own = &found.instructions[range.clone()];
                     // An instruction that matters in the cell can be missing from its program, because another
                     // covers it.
                     let is_whole = touched.count_in(own) == in_block;
@@ -214,7 +214,7 @@ impl BlockEditor<'_> {
         some: u64,
         bricks: &Bricks,
     ) -> BakedBlock<T> {
-        let (first, instrs) = (lists.first, &lists.current);
+        let (first, instructions) = (lists.first, &lists.current);
         let mut made = BakedBlock::new(first, lists.far);
         if made.far.is_some() {
             return made;
@@ -225,14 +225,14 @@ impl BlockEditor<'_> {
         let mut changed = self.mattered(first, lists, pruner);
         let wanted = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
-                let needed = pruner.affected_cells(instrs, |instr| touched.contains(instr));
+                let needed = pruner.affected_cells(instructions, |instr| touched.contains(instr));
                 changed |= scattered(needed, some);
                 return gathered(changed, some);
             }
             changed
         };
         let words = &mut made.words;
-        let listed = (&instrs[..], some);
+        let listed = (&instructions[..], some);
         let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
         // The other cells are unchanged.
         changed &= some;
@@ -264,7 +264,7 @@ impl BlockEditor<'_> {
                 continue;
             }
             let Some(list) = list else { continue };
-            let list = &found.instrs[list];
+            let list = &found.instructions[list];
             if octants[i] == 0 && self.has_same_material(list, bricks.store.materials[old as usize])
             {
                 made.words[i] = old;

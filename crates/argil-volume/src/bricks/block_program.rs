@@ -63,9 +63,9 @@ impl EditQueue {
         let half = 0.5 * layout.cell_length() * BLOCK_SIDE as f32;
         let mut d = [0.0; CELLS_PER_BATCH];
         let d = &mut d[..count];
-        let cut = |pruner: &mut Pruner<'_>, instrs: &[Instruction], i: usize| {
+        let cut = |pruner: &mut Pruner<'_>, instructions: &[Instruction], i: usize| {
             let mut list = Vec::new();
-            pruner.prune_into(instrs, i, &mut list);
+            pruner.prune_into(instructions, i, &mut list);
             list
         };
         let bounds = CellBounds::new(live.program(), layout);

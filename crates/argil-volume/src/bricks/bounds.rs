@@ -53,7 +53,7 @@ impl<'a> CellBounds<'a> {
 
     /// Returns values for shaders that use a pruned program: its rounding error, the distance and size of jumps,
     /// and the largest jump of the program.
-    fn words(&self, instrs: &[Instruction]) -> [f32; BLOCK_WORDS] {
+    fn words(&self, instructions: &[Instruction]) -> [f32; BLOCK_WORDS] {
         let jumps = &self.jumps;
         [
             self.terms.slack,
@@ -61,7 +61,7 @@ impl<'a> CellBounds<'a> {
             jumps.slack,
             jumps.hidden,
             jumps.isolation,
-            self.program.jump_of(instrs),
+            self.program.jump_of(instructions),
         ]
     }
 
@@ -137,11 +137,11 @@ impl BrickLayout {
         &self,
         program: &Program,
         first: IVec3,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
     ) -> [f32; BLOCK_WORDS] {
         CellBounds::new(program, self)
             .of_block(self, first)
-            .words(instrs)
+            .words(instructions)
     }
 }
 

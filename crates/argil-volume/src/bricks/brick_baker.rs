@@ -84,17 +84,17 @@ impl<'a> BrickBaker<'a> {
     /// Samples a cell's brick. Returns the distance nearest to the surface.
     pub(super) fn brick<T: Texel>(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: IVec3,
         out: &mut [T],
     ) -> f32 {
-        if instrs.len() > LONG {
-            return self.octants(instrs, cell, u8::MAX, out);
+        if instructions.len() > LONG {
+            return self.octants(instructions, cell, u8::MAX, out);
         }
         let first = (cell * self.layout.brick_size_voxels as i32).as_vec3();
         let Self { places, d, .. } = self;
         let places = &places.brick;
-        let from = (FAR, instrs);
+        let from = (FAR, instructions);
         sample(self.layout, &mut self.evaluator, from, first, places, d);
         encode(d, self.fill, out);
         nearest(d)
@@ -107,20 +107,24 @@ impl<'a> BrickBaker<'a> {
     /// seen there, however small. Its own distances are then measured, also between samples.
     pub(super) fn flat_program(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: IVec3,
         tolerance: f32,
     ) -> Option<Vec<Instruction>> {
-        let only = if is_plain(instrs) {
-            instrs.to_vec()
+        let only = if is_plain(instructions) {
+            instructions.to_vec()
         } else {
-            self.only_surface(instrs, cell)?
+            self.only_surface(instructions, cell)?
         };
         self.is_plane(&only, cell, tolerance).then_some(only)
     }
 
     /// Returns the program of one shape, if it is the same in all parts of a cell near the surface.
-    fn only_surface(&mut self, instrs: &[Instruction], cell: IVec3) -> Option<Vec<Instruction>> {
+    fn only_surface(
+        &mut self,
+        instructions: &[Instruction],
+        cell: IVec3,
+    ) -> Option<Vec<Instruction>> {
         let mut pruner = self.pruner.take().unwrap_or_else(|| {
             let (pruner, list) = (Pruner::new(self.program), Vec::new());
             Box::new((pruner, list))
@@ -135,13 +139,13 @@ impl<'a> BrickBaker<'a> {
         // Normals also need the next samples.
         let radius = 0.5 * 3f32.sqrt() * (part + 2.0 * voxel);
         let mut d = [0.0; CELLS_PER_BATCH];
-        own.classify_cells(instrs, &centers, radius, &mut d);
+        own.classify_cells(instructions, &centers, radius, &mut d);
         let reach = self.program.lipschitz() * (radius + voxel);
         let mut only: Option<Vec<Instruction>> = None;
         let mut is_one = true;
         for (i, _) in d.iter().enumerate().filter(|(_, d)| d.abs() <= reach) {
             list.clear();
-            own.prune_into(instrs, i, list);
+            own.prune_into(instructions, i, list);
             is_one = is_plain(list) && only.as_ref().is_none_or(|only| only == list);
             if !is_one {
                 break;
@@ -153,7 +157,7 @@ impl<'a> BrickBaker<'a> {
     }
 
     /// Whether a program's distances are those of a plane, in a cell and one voxel around it.
-    fn is_plane(&mut self, instrs: &[Instruction], cell: IVec3, tolerance: f32) -> bool {
+    fn is_plane(&mut self, instructions: &[Instruction], cell: IVec3, tolerance: f32) -> bool {
         let n = self.layout.brick_size_voxels as usize;
         let first = (cell * n as i32).as_vec3();
         let between = &self.places.between;
@@ -162,7 +166,7 @@ impl<'a> BrickBaker<'a> {
         sample(
             self.layout,
             evaluator,
-            (FAR, instrs),
+            (FAR, instructions),
             first,
             between,
             &mut found,
@@ -183,7 +187,7 @@ impl<'a> BrickBaker<'a> {
         sample(
             self.layout,
             &mut self.evaluator,
-            (FAR, instrs),
+            (FAR, instructions),
             first,
             places,
             d,
@@ -196,7 +200,7 @@ impl<'a> BrickBaker<'a> {
     /// long program is pruned for each octant.
     pub(super) fn octants<T: Texel>(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: IVec3,
         some: u8,
         out: &mut [T],
@@ -208,8 +212,8 @@ impl<'a> BrickBaker<'a> {
                 least = found;
             }
         };
-        if instrs.len() <= LONG {
-            some.for_each(|octant| nearer(self.octant(instrs, cell, octant, out)));
+        if instructions.len() <= LONG {
+            some.for_each(|octant| nearer(self.octant(instructions, cell, octant, out)));
             return least;
         }
         let mut pruner = self.pruner.take().unwrap_or_else(|| {
@@ -221,10 +225,10 @@ impl<'a> BrickBaker<'a> {
             std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
         // Samples also lie on the sides of octants.
         let radius = 0.500_1 * self.layout.half_diagonal(1);
-        own.classify_cells(instrs, &centers, radius, &mut [0.0; OCTANTS]);
+        own.classify_cells(instructions, &centers, radius, &mut [0.0; OCTANTS]);
         for octant in some {
             list.clear();
-            own.prune_into(instrs, octant, list);
+            own.prune_into(instructions, octant, list);
             nearer(self.octant(list, cell, octant, out));
         }
         self.pruner = Some(pruner);
@@ -234,7 +238,7 @@ impl<'a> BrickBaker<'a> {
     /// Samples an octant of a cell's brick again. Returns the distance nearest to the surface.
     fn octant<T: Texel>(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: IVec3,
         octant: usize,
         out: &mut [T],
@@ -248,7 +252,7 @@ impl<'a> BrickBaker<'a> {
         sample(
             self.layout,
             evaluator,
-            (FAR, instrs),
+            (FAR, instructions),
             first,
             &self.places.octant,
             d,
@@ -308,11 +312,11 @@ impl<'a> BrickBaker<'a> {
     /// Returns a cell's material: one material, or an index among the block's mixed bricks.
     pub(super) fn material(
         &mut self,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         cell: IVec3,
         mixed: &mut Vec<[u32; 2]>,
     ) -> u32 {
-        if let Some(only) = only_material(instrs, self.program.materials()) {
+        if let Some(only) = only_material(instructions, self.program.materials()) {
             return only;
         }
         let voxel_grid = &self.layout.voxel_grid;
@@ -331,7 +335,7 @@ impl<'a> BrickBaker<'a> {
         }
         let mut found = [GpuMaterial::default(); PLACES];
         self.evaluator
-            .materials_with(instrs, [&x, &y, &z], &mut d, &mut found);
+            .materials_with(instructions, [&x, &y, &z], &mut d, &mut found);
         // If two neighboring points are farther from the surface than the distance between them, no surface lies
         // between.
         let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * voxel_grid.voxel_size;
@@ -365,8 +369,10 @@ impl<'a> BrickBaker<'a> {
 }
 
 /// Whether a program consists of one shape, placed by affine maps, whose distance is exact.
-fn is_plain(instrs: &[Instruction]) -> bool {
-    let shapes = instrs.iter().filter(|i| i.op < argil_abi::OP_SHAPES_END);
+fn is_plain(instructions: &[Instruction]) -> bool {
+    let shapes = instructions
+        .iter()
+        .filter(|i| i.op < argil_abi::OP_SHAPES_END);
     let is_shape = |op: u32| op < argil_abi::OP_FIRST_ITERATIVE;
     let is_place = |op: u32| {
         matches!(
@@ -374,15 +380,18 @@ fn is_plain(instrs: &[Instruction]) -> bool {
             argil_abi::OP_AFFINE | argil_abi::OP_PUSH_POINT | argil_abi::OP_POP_POINT
         )
     };
-    shapes.count() == 1 && instrs.iter().all(|i| is_shape(i.op) || is_place(i.op))
+    shapes.count() == 1
+        && instructions
+            .iter()
+            .all(|i| is_shape(i.op) || is_place(i.op))
 }
 
 /// Returns the material of a program that has only one. Equal materials of the table count as the first of them.
-pub(super) fn only_material(instrs: &[Instruction], palette: &[GpuMaterial]) -> Option<u32> {
+pub(super) fn only_material(instructions: &[Instruction], palette: &[GpuMaterial]) -> Option<u32> {
     let takes = |i: &&Instruction| {
         i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
     };
-    let mut all = instrs.iter().filter(takes).map(|i| i.operand);
+    let mut all = instructions.iter().filter(takes).map(|i| i.operand);
     let only = all.next().unwrap_or(0);
     if !all.all(|other| other == only) {
         return None;
@@ -399,7 +408,7 @@ pub(super) fn only_material(instrs: &[Instruction], palette: &[GpuMaterial]) -> 
 fn sample(
     layout: &BrickLayout,
     evaluator: &mut Evaluator<'_>,
-    (start, instrs): (f32, &[Instruction]),
+    (start, instructions): (f32, &[Instruction]),
     first: Vec3,
     places: &[Vec<f32>; 3],
     d: &mut [f32],
@@ -416,7 +425,7 @@ fn sample(
             }
         }
         let d = &mut d[begin..begin + n];
-        evaluator.distances_from(start, instrs, [&x[..n], &y[..n], &z[..n]], d);
+        evaluator.distances_from(start, instructions, [&x[..n], &y[..n], &z[..n]], d);
     }
 }
 

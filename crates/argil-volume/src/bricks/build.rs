@@ -31,7 +31,7 @@ pub struct BrickTimings {
     /// Sampling bricks.
     pub fill: f64,
     /// Removing dropped bricks, and marking empty blocks.
-    pub settle: f64,
+    pub release: f64,
 }
 
 pub(super) fn bake(
@@ -96,7 +96,7 @@ pub(super) fn bake(
     let stages = BrickTimings {
         prune: ms(pruned),
         fill: ms(at.duration_since(start) - pruned),
-        settle: ms(at.elapsed()),
+        release: ms(at.elapsed()),
     };
     let store = BrickStore {
         words,
@@ -159,13 +159,8 @@ fn fill<T: Texel>(
         let (_, rest) = words_left.split_at_mut((found.slot - done) * 64);
         let (own_words, rest) = rest.split_at_mut(64);
         (words_left, done) = (rest, found.slot + 1);
-        jobs.push((
-            found,
-            brick,
-            own_pool,
-            (own_owners, own_materials),
-            own_words,
-        ));
+        let owners = (own_owners, own_materials);
+        jobs.push((found, brick, own_pool, owners, own_words));
         brick += n as u32;
     }
     let places = SampleOffsets::new(layout);
@@ -186,14 +181,15 @@ fn fill<T: Texel>(
                     (0..).zip(&found.cells).zip(bricks)
                 {
                     let cell = corner + inner_cell(usize::from(*inner));
-                    let least = filler.brick(&found.instrs[range.clone()], cell, out);
+                    let own = &found.instructions[range.clone()];
+                    let least = filler.brick(own, cell, out);
                     // At most half of a voxel's diagonal from a sample.
                     let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
                     *owner = u32::MAX;
                     if !bounds.is_clear(least, reach) {
                         *owner = (found.slot * 64) as u32 + u32::from(*inner);
                         words[usize::from(*inner)] = first + k;
-                        *material = filler.material(&found.instrs[range.clone()], cell, &mut mixed);
+                        *material = filler.material(own, cell, &mut mixed);
                     }
                 }
                 mixed

@@ -136,11 +136,11 @@ fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u3
 @compute @workgroup_size(64)
 fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let at = group_index(id, count) * 64u + local;
-    if at < arrayLength(&instrs) {
+    if at < arrayLength(&instructions) {
         lists[prune.arena_first + at] = at;
     }
     if at == 0u {
-        atomicStore(&counters[COUNTER_LISTS], arrayLength(&instrs));
+        atomicStore(&counters[COUNTER_LISTS], arrayLength(&instructions));
         atomicStore(&counters[COUNTER_CANDIDATES], 0u);
         atomicStore(&counters[COUNTER_BRICKS], 0u);
         atomicStore(&counters[COUNTER_MIXED], 0u);

@@ -18,7 +18,7 @@ use std::ops::Range;
 pub(crate) struct CandidateBlock {
     pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,
-    pub instrs: Vec<Instruction>,
+    pub instructions: Vec<Instruction>,
 }
 
 /// Returns the cells that the surface can pass through, with their programs, and the words of all slots.
@@ -46,12 +46,12 @@ pub(super) fn candidates(
                 }
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
-                let instrs = &plan.instrs[range.clone()];
+                let instructions = &plan.instructions[range.clone()];
                 let mut found = near_block(
                     layout,
                     &bounds,
                     first,
-                    (instrs, u64::MAX),
+                    (instructions, u64::MAX),
                     pruner,
                     words,
                     |_| u64::MAX,
@@ -85,7 +85,7 @@ pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
     first: IVec3,
-    (instrs, some): (&[Instruction], u64),
+    (instructions, some): (&[Instruction], u64),
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
     wanted: impl FnOnce(&Pruner<'_>) -> u64,
@@ -99,7 +99,7 @@ pub(super) fn near_block(
         std::array::from_fn(|nth| layout.center(cell(cells[nth]), 1));
     let mut d = [0.0; CELLS_PER_BATCH];
     let radius = layout.half_diagonal(1);
-    pruner.classify_cells(instrs, &centers[..count], radius, &mut d[..count]);
+    pruner.classify_cells(instructions, &centers[..count], radius, &mut d[..count]);
     let wanted = wanted(pruner);
     let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
@@ -110,18 +110,22 @@ pub(super) fn near_block(
             continue;
         }
         if wanted >> nth & 1 != 0 && layout.can_have_brick(cell(i)) {
-            let from = found.instrs.len();
-            pruner.prune_into(instrs, nth, &mut found.instrs);
-            found.cells.push((i as u8, from..found.instrs.len()));
+            let from = found.instructions.len();
+            pruner.prune_into(instructions, nth, &mut found.instructions);
+            found.cells.push((i as u8, from..found.instructions.len()));
             doubtful |= u64::from(bounds.is_doubtful(d, radius)) << i;
         }
     }
     if doubtful != 0 {
         // The classification of all cells is still needed.
         let mut pruner = Pruner::new(bounds.program);
-        let CandidateBlock { cells, instrs, .. } = &mut found;
+        let CandidateBlock {
+            cells,
+            instructions,
+            ..
+        } = &mut found;
         cells.retain(|(i, range)| {
-            let list = &instrs[range.clone()];
+            let list = &instructions[range.clone()];
             doubtful >> i & 1 == 0
                 || !is_clear_in_parts(layout, bounds, cell(usize::from(*i)), list, &mut pruner)
         });
@@ -138,7 +142,7 @@ fn is_clear_in_parts(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
     cell: IVec3,
-    instrs: &[Instruction],
+    instructions: &[Instruction],
     pruner: &mut Pruner<'_>,
 ) -> bool {
     let edge = layout.cell_length();
@@ -147,6 +151,6 @@ fn is_clear_in_parts(
         std::array::from_fn(|i| corner + (inner_cell(i).as_vec3() + 0.5) * (edge / PARTS as f32));
     let radius = layout.half_diagonal(1) / PARTS as f32;
     let mut d = [0.0; CELLS_PER_BATCH];
-    pruner.classify_cells(instrs, &centers, radius, &mut d);
+    pruner.classify_cells(instructions, &centers, radius, &mut d);
     d.iter().all(|&d| bounds.is_clear(d, radius))
 }

@@ -62,6 +62,6 @@ impl CellPrograms {
         let found = &self.candidates[place.ok()?];
         let inner = (inner.x + 4 * inner.y + 16 * inner.z) as u8;
         let place = found.cells.binary_search_by_key(&inner, |cell| cell.0);
-        Some(&found.instrs[found.cells[place.ok()?].1.clone()])
+        Some(&found.instructions[found.cells[place.ok()?].1.clone()])
     }
 }

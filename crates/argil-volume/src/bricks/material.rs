@@ -48,11 +48,11 @@ impl Bricks {
     /// there is no brick.
     ///
     /// Only points of the same surface count: those whose distance matches that to the tangent plane, which is
-    /// normal to `outwards`. So a thin wall's other side does not show through.
+    /// normal to `outward`. So a thin wall's other side does not show through.
     pub fn material(
         &self,
         point: Vec3,
-        outwards: Vec3,
+        outward: Vec3,
         palette: &[GpuMaterial],
     ) -> Option<GpuMaterial> {
         let voxel_grid = &self.layout.voxel_grid;
@@ -99,7 +99,7 @@ impl Bricks {
                     .map(|nth| sample_of(nth, self.layout.brick_size_voxels)),
             );
             let d = self.stored(word, sample) * range;
-            let from_plane = (sample.as_vec3() - inner).dot(outwards);
+            let from_plane = (sample.as_vec3() - inner).dot(outward);
             let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
             let weight = of(0) * of(1) * of(2) * (MIN_WEIGHT + beside * beside);
             sum += weight;

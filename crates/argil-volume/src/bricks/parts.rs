@@ -24,7 +24,7 @@ impl Bricks {
         pool: Texels,
     ) -> Result<Self, &'static str> {
         if !(1.0..=1e6).contains(&lipschitz) {
-            return Err("its Lipschitz constant makes no sense");
+            return Err("invalid Lipschitz constant");
         }
         let samples = layout.brick_samples() as usize;
         if pool.bits() != layout.encoding.format {
@@ -32,7 +32,7 @@ impl Bricks {
         }
         let length = pool.bytes().len() / pool.bits().bytes();
         if !length.is_multiple_of(samples) || length == 0 {
-            return Err("half a brick is left");
+            return Err("the samples are not a multiple of a brick");
         }
         if words.len() != table.slots() * CELLS_PER_BATCH {
             return Err("there are not as many cells as the blocks have");

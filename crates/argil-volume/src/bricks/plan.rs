@@ -24,7 +24,7 @@ pub struct BlockPlan {
     /// The blocks, z slowest, each with its range of the instructions.
     pub blocks: Vec<(IVec3, Range<usize>)>,
     /// The programs.
-    pub instrs: Vec<Instruction>,
+    pub instructions: Vec<Instruction>,
     /// Boxes of blocks that are far inside the solid, from one block to before another.
     pub inside: Vec<[IVec3; 2]>,
 }
@@ -59,7 +59,7 @@ impl BlockCount {
 /// Parts of one size, each with a program.
 #[derive(Default)]
 struct PlanLevel {
-    instrs: Vec<Instruction>,
+    instructions: Vec<Instruction>,
     parts: Vec<(IVec3, Range<usize>)>,
     inside: Vec<IVec3>,
 }
@@ -80,11 +80,11 @@ impl PlanLevel {
         inside: &mut Vec<[IVec3; 2]>,
     ) -> Self {
         let mut joined = Self::default();
-        let count = all.iter().map(|part| part.instrs.len()).sum();
-        joined.instrs.reserve_exact(count);
+        let count = all.iter().map(|part| part.instructions.len()).sum();
+        joined.instructions.reserve_exact(count);
         for part in all {
-            let from = joined.instrs.len();
-            joined.instrs.extend_from_slice(&part.instrs);
+            let from = joined.instructions.len();
+            joined.instructions.extend_from_slice(&part.instructions);
             let moved = |r: Range<usize>| from + r.start..from + r.end;
             let own = part.parts.into_iter();
             joined.parts.extend(own.map(|(block, r)| (block, moved(r))));
@@ -100,7 +100,7 @@ impl PlanLevel {
             .sort_by_key(|(block, _)| [block.z, block.y, block.x]);
         BlockPlan {
             blocks: self.parts,
-            instrs: self.instrs,
+            instructions: self.instructions,
             inside,
         }
     }
@@ -160,7 +160,7 @@ impl BlockPlan {
             (high - 1).div_euclid(IVec3::splat(side)),
         );
         let mut level = PlanLevel {
-            instrs: program.instructions().to_vec(),
+            instructions: program.instructions().to_vec(),
             parts: super::table::places(first, last)
                 .map(|place| (place * side, all.clone()))
                 .collect(),
@@ -182,10 +182,10 @@ impl BlockPlan {
                         if control.is_cancelled() || count.is_too_much() {
                             return PlanLevel::default();
                         }
-                        let instrs = &level.instrs[range.clone()];
+                        let instructions = &level.instructions[range.clone()];
                         let blocks = parts_of(*block, (side, [low, high]));
                         let mut own = PlanLevel::default();
-                        own.cut(layout, &bounds, &blocks, side, instrs, pruner);
+                        own.cut(layout, &bounds, &blocks, side, instructions, pruner);
                         count.add(own.parts.len());
                         control.advance(1);
                         own
@@ -322,7 +322,7 @@ impl PlanLevel {
         bounds: &CellBounds<'_>,
         blocks: &[IVec3],
         side: i32,
-        instrs: &[Instruction],
+        instructions: &[Instruction],
         pruner: &mut Pruner<'_>,
     ) {
         let cells = side as u32 * BLOCK_SIDE;
@@ -334,7 +334,7 @@ impl PlanLevel {
         let d = &mut d[..blocks.len()];
         let radius = layout.half_diagonal(cells);
         let half = 0.5 * layout.cell_length() * cells as f32;
-        pruner.classify_cells(instrs, &centers, radius, d);
+        pruner.classify_cells(instructions, &centers, radius, d);
         for (i, (&block, &d)) in blocks.iter().zip(d.iter()).enumerate() {
             if bounds.about(centers[i], half).is_far(d, radius) {
                 if d < 0.0 {
@@ -342,9 +342,9 @@ impl PlanLevel {
                 }
                 continue;
             }
-            let from = self.instrs.len();
-            pruner.prune_into(instrs, i, &mut self.instrs);
-            self.parts.push((block, from..self.instrs.len()));
+            let from = self.instructions.len();
+            pruner.prune_into(instructions, i, &mut self.instructions);
+            self.parts.push((block, from..self.instructions.len()));
         }
     }
 }
@@ -398,20 +398,21 @@ impl BlockLists<'_> {
         if !bounds.is_steady() || bounds.near_length(self.layout) > far {
             return false;
         }
-        let from = level.instrs.len();
-        self.near.append(self.program, block, &mut level.instrs);
+        let from = level.instructions.len();
+        self.near
+            .append(self.program, block, &mut level.instructions);
         let [mut x, mut y, mut z, mut d] = [[0.0; CELLS_PER_BATCH]; 4];
         for i in 0..CELLS_PER_BATCH {
             let center = self.layout.center(first + super::inner_cell(i), 1);
             (x[i], y[i], z[i]) = (center.x, center.y, center.z);
         }
-        evaluator.distances_with(&level.instrs[from..], &x, &y, &z, &mut d);
+        evaluator.distances_with(&level.instructions[from..], &x, &y, &z, &mut d);
         // What is omitted is farther away, and changes none of these distances.
         let is_near = d.iter().all(|d| d.abs() <= far);
         if is_near {
-            level.parts.push((block, from..level.instrs.len()));
+            level.parts.push((block, from..level.instructions.len()));
         } else {
-            level.instrs.truncate(from);
+            level.instructions.truncate(from);
         }
         is_near
     }

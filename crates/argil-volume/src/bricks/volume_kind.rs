@@ -43,10 +43,10 @@ impl VolumeKind for Bricks {
     fn material_at(
         &self,
         point: Vec3,
-        outwards: Vec3,
+        outward: Vec3,
         palette: &[GpuMaterial],
     ) -> Option<GpuMaterial> {
-        self.material(point, outwards, palette)
+        self.material(point, outward, palette)
     }
 
     fn set_clipped(&mut self, is_cut: bool) {
@@ -146,7 +146,10 @@ impl VolumeKind for Bricks {
         let pool = file.samples(encoding.format, layout.brick_bytes())?;
         let mixed = file.words(Section::MixedMaterials)?;
         if !mixed.len().is_multiple_of(2) {
-            return Err(file.fault(Section::MixedMaterials, "half a material is left"));
+            return Err(file.fault(
+                Section::MixedMaterials,
+                "its length is not a multiple of a material",
+            ));
         }
         let mixed = mixed.as_chunks::<2>().0.to_vec();
         let cells = file.words(Section::Cells)?;
@@ -204,7 +207,7 @@ fn blocks_of(
     for (block, own) in blocks.iter().zip(cells.as_chunks::<64>().0) {
         let at = IVec3::from_array(*block);
         if !block.iter().all(is_near) || table.find(at).is_some() {
-            return Err(file.fault(Section::Blocks, "a block that cannot be, or is there twice"));
+            return Err(file.fault(Section::Blocks, "an invalid or duplicate block"));
         }
         table.insert(at);
         words.extend(own);

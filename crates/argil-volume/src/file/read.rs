@@ -15,6 +15,22 @@ use std::sync::Arc;
 /// The contents of a volume file.
 ///
 /// [`VolumeFile::open`] reads one from a file.
+///
+/// ```
+/// use argil_field::Program;
+/// use argil_scene::{Scene, Shape};
+/// use argil_volume::{Dense, Encoding, Volume, VolumeFile, VoxelGrid};
+/// let mut scene = Scene::new();
+/// scene.push(Shape::sphere(0.5))?;
+/// let program = Program::lower(&scene)?;
+/// let grid = VoxelGrid::fitting(program.aabb(), None, 32)?;
+/// let volume = Volume::from(Dense::bake(&program, grid, Encoding::default(), false));
+/// let path = std::env::temp_dir().join(format!("argil-example-{}.argil", std::process::id()));
+/// volume.write("", &[], std::fs::File::create(&path)?)?;
+/// assert_eq!(VolumeFile::open(&path)?.volume, volume);
+/// std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeFile {
     /// The samples.
@@ -95,7 +111,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
         words.extend([0, 0, 0, 1]);
     }
     let Ok(words) = <[u32; DESCRIPTION_WORDS]>::try_from(words) else {
-        return Err(file.fault(about, "it has another length"));
+        return Err(file.fault(about, "unexpected length"));
     };
     let [
         kind,
@@ -136,7 +152,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
         && voxel_grid.aabb().is_finite()
         && voxel_grid.size.min_element() >= 1;
     if !is_sane {
-        return Err(file.fault(about, "its measures make no sense"));
+        return Err(file.fault(about, "invalid grid dimensions"));
     }
     let encoding = Encoding {
         format: bits,
@@ -146,7 +162,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
     let volume = Volume::from_file(kind, (&file, file.version), voxel_grid, encoding, own);
     let volume = volume.map_err(|error| match error {
         FromFileError::Kind => file.fault(about, "a volume of an unknown kind"),
-        FromFileError::Lattice => file.fault(about, "its measures make no sense"),
+        FromFileError::Lattice => file.fault(about, "invalid grid dimensions"),
         FromFileError::Content(error) => error,
     })?;
     let Ok(scene_json) = String::from_utf8(file.bytes(Section::Scene)?.to_vec()) else {
@@ -155,7 +171,7 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
     let has_meshes = file.sections.iter().any(|(s, _)| *s == Section::Meshes);
     let meshes = match has_meshes {
         true => meshes_of(file.bytes(Section::Meshes)?)
-            .ok_or_else(|| file.fault(Section::Meshes, "its lengths make no sense"))?,
+            .ok_or_else(|| file.fault(Section::Meshes, "invalid lengths"))?,
         false => Vec::new(),
     };
     Ok(VolumeFile {

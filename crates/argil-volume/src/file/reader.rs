@@ -53,7 +53,7 @@ impl<'a> FileReader<'a> {
         }
         let count = word(bytes, 12);
         if version == 0 || count == 0 || count > MAX_SECTIONS {
-            return Err(fault(Section::Header, "its numbers make no sense"));
+            return Err(fault(Section::Header, "invalid version or section count"));
         }
         let table_end = HEADER_BYTES + ENTRY_BYTES * count as usize;
         let Some(table) = bytes.get(HEADER_BYTES..table_end) else {
@@ -77,13 +77,13 @@ impl<'a> FileReader<'a> {
             };
             let end = offset.checked_add(length);
             let Some(end) = end.filter(|_| offset.is_multiple_of(ALIGNMENT)) else {
-                return Err(fault(section, "its place makes no sense"));
+                return Err(fault(section, "invalid offset"));
             };
             if end > size {
                 return Err(cut(section, end));
             }
             if sections.iter().any(|(s, _)| *s == section) {
-                return Err(fault(section, "it is there twice"));
+                return Err(fault(section, "duplicate section"));
             }
             let range = offset as usize..end as usize;
             if crc32fast::hash(&bytes[range.clone()]) != word(entry, 4) {
@@ -127,7 +127,7 @@ impl<'a> FileReader<'a> {
     pub(crate) fn words(&self, section: Section) -> Result<Vec<u32>, VolumeError> {
         let (words, rest) = self.bytes(section)?.as_chunks::<4>();
         if !rest.is_empty() {
-            return Err(self.fault(section, "half a number is left"));
+            return Err(self.fault(section, "its length is not a multiple of 4 bytes"));
         }
         Ok(words.iter().map(|&w| u32::from_le_bytes(w)).collect())
     }
@@ -162,7 +162,7 @@ impl<'a> FileReader<'a> {
         let section = Section::Texels(0);
         let range = self.range(section)?;
         if !(range.len() as u64).is_multiple_of(brick_bytes) {
-            return Err(self.fault(section, "half a brick is left"));
+            return Err(self.fault(section, "its length is not a multiple of a brick"));
         }
         Ok(Texels::Mapped {
             file: self.map.clone(),

@@ -121,7 +121,7 @@ impl PageBaker<'_> {
         let some = some.fold(0, |some, inner| some | 1u64 << inner);
         let found = context.measure(block, (list, some), &mut self.pruner, &mut words);
         for (inner, range) in found.cells {
-            lists[page_cell(inner) as usize] = found.instrs[range].into();
+            lists[page_cell(inner) as usize] = found.instructions[range].into();
         }
         lists
     }
@@ -160,7 +160,7 @@ impl PageBaker<'_> {
                 if job.cells >> cell & 1 == 0 {
                     continue;
                 }
-                let list = &found.instrs[range.clone()];
+                let list = &found.instructions[range.clone()];
                 let into = (&mut made.texels, &mut made.mixed);
                 let brick = context.sample((block, *inner), list, baker, into);
                 made.cells.push(BakedCell {

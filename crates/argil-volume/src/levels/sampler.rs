@@ -114,7 +114,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         0.5 * 3f32.sqrt() * self.steepness
     }
 
-    /// Returns a position for a way from the camera, in the scene's unit along an axis: see [`LevelSampler::locate`].
+    /// Returns a position for an offset from the camera, in the scene's unit along an axis: see [`LevelSampler::locate`].
     #[inline(always)]
     pub fn position(&self, axis: usize, away: f32) -> f32 {
         self.eye_inner[axis] + away * self.per_voxel
@@ -129,7 +129,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         exponent.clamp(0, self.root as i32) as u32
     }
 
-    /// Finds the cells that tell the most about points, on some levels or coarser ones, and have a resident brick or
+    /// Finds the finest usable cells at points, on some levels or coarser ones, and have a resident brick or
     /// no surface. Points are in voxels of level 0, counted from the camera's voxel. Points outside the world count as
     /// the nearest ones inside.
     #[inline(always)]
@@ -153,7 +153,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         }
     }
 
-    /// Returns the cell that tells the most about a point and has a resident brick or no surface.
+    /// Returns the finest cell at a point that has a resident brick or no surface.
     #[inline(always)]
     fn search(&self, point: [f32; 3], wanted: u32, from: u32) -> Found {
         let mut slot = from;

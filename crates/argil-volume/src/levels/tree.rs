@@ -226,7 +226,7 @@ impl Levels {
             .filter(|&slot| slot != NO_PAGE)
     }
 
-    /// Returns the cell that tells the most about a cell of a level: the cell itself, or a coarser one without a
+    /// Returns the finest known cell at a cell of a level: the cell itself, or a coarser one without a
     /// surface, that is flat, or that has no page.
     #[inline]
     pub(super) fn find(&self, level: u32, cell: IVec3) -> Option<u32> {

@@ -74,7 +74,7 @@ impl VolumeKind for Octree {
             .len()
             .is_multiple_of(size_of::<argil_abi::OctreeNode>())
         {
-            return Err(file.fault(Section::Nodes, "half a node is left"));
+            return Err(file.fault(Section::Nodes, "its length is not a multiple of a node"));
         }
         let nodes = nodes
             .chunks_exact(size_of::<argil_abi::OctreeNode>())

@@ -105,7 +105,7 @@ impl RepresentationOptions for BricksOptions {
         let stages = vec![
             ("prune", stages.prune),
             ("fill", stages.fill),
-            ("settle", stages.settle),
+            ("release", stages.release),
         ];
         Ok((Storage::Cpu(bricks.into()), BuildTimings::of_stages(stages)))
     }

@@ -45,7 +45,7 @@ impl Default for LevelsOptions {
 impl RepresentationOptions for LevelsOptions {
     const NAME: &'static str = "levels";
     const DESCRIPTION: &'static str =
-        "Bricks of all sizes, resident where rays look, in bounded memory";
+        "Bricks of several voxel sizes, where rays need them, in bounded memory";
     const IS_UNBOUNDED: bool = true;
     const MAX_RESOLUTION: u32 = MAX_SPARSE_RESOLUTION;
 

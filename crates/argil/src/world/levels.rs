@@ -1,4 +1,4 @@
-//! Levels of detail: brings the pages that images need.
+//! Levels of detail: bakes the pages that images need.
 
 use super::World;
 use crate::program_cache::ProgramCache;
@@ -8,7 +8,7 @@ use argil_render::{Camera, RenderMode, RenderSettings};
 use argil_volume::{FillStats, Levels, Volume};
 use web_time::{Duration, Instant};
 
-/// Maximum images of one refinement. Each brings the next finer level.
+/// Maximum images of one refinement. Each asks for the next finer level.
 const MAX_PASSES: u32 = 64;
 /// How many times as short the sides of the first images are.
 const SHRINK: u32 = 4;
@@ -48,7 +48,7 @@ impl World {
         Some(levels.fill(program, until))
     }
 
-    /// Brings what a view lacks, as a future: see [`World::refine`].
+    /// Bakes the bricks that a view is missing, as a future: see [`World::refine`].
     ///
     /// # Errors
     /// If a setting is out of range, or the work was canceled.
@@ -61,7 +61,7 @@ impl World {
         if !matches!(self.representation, Representation::Levels(_)) {
             return Ok(done);
         }
-        // Small images bring most of what large ones need, level after level.
+        // Small images ask for most of what large ones need, level after level.
         for shrink in [SHRINK, 1] {
             let usual = self.set_pixel_error(|usual| usual / shrink as f32);
             let passes = self.refine_passes(camera, settings, shrink).await;
@@ -75,7 +75,7 @@ impl World {
         Ok(done)
     }
 
-    /// Renders images whose sides are `shrink` times as short, and brings what they lack, until nothing is missing.
+    /// Renders images whose sides are `shrink` times as short, and bakes what they are missing.
     async fn refine_passes(
         &mut self,
         camera: &Camera,
