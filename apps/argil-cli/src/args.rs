@@ -1,5 +1,8 @@
 //! The command line.
 
+use crate::arg_values::{
+    bits, brick_size, orbit, pixels, pixels_per_degree, positive, seconds, size, voxels,
+};
 use crate::representation_parser::RepresentationsExcept;
 use argil::gpu::{BrickOrdering, DenseFill};
 use argil::mesh::UpAxis;
@@ -76,6 +79,12 @@ pub(crate) struct RenderArgs {
     /// written only with -o
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
+    /// With --frames: move the camera along a path of the scene's view
+    #[arg(long, value_name = "NAME", requires = "frames")]
+    pub path: Option<String>,
+    /// Levels: milliseconds for baking after each frame, with whatever is resident [default: until nothing is missing]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = positive, requires = "frames")]
+    pub fill_ms: Option<f32>,
     /// Rays per pixel [default: 4 for shaded images, else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub samples: Option<u32>,
@@ -374,75 +383,4 @@ pub(crate) struct Devices {
     /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     pub json: bool,
-}
-
-fn bits(text: &str) -> Result<SampleFormat, String> {
-    match text {
-        "8" => Ok(SampleFormat::Snorm8),
-        "16" => Ok(SampleFormat::Snorm16),
-        _ => Err("expected 8 or 16".into()),
-    }
-}
-
-fn brick_size(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(size @ (4 | 8 | 16 | 32)) => Ok(size),
-        _ => Err("expected 4, 8, 16 or 32".into()),
-    }
-}
-
-fn pixels(text: &str) -> Result<f32, String> {
-    let fits = |n: &f32| (0.125..=1024.0).contains(n);
-    let number = text.parse().ok().filter(fits);
-    number.ok_or_else(|| "expected pixels, from 0.125 to 1024".into())
-}
-
-fn voxels(text: &str) -> Result<f32, String> {
-    positive(text).map_err(|_| "expected a number of voxels above 0".into())
-}
-
-fn positive(text: &str) -> Result<f32, String> {
-    let fits = |n: &f32| *n > 0.0 && n.is_finite();
-    let number = text.parse().ok().filter(fits);
-    number.ok_or_else(|| "expected a length above 0".into())
-}
-
-fn pixels_per_degree(text: &str) -> Result<f32, String> {
-    let fits = |n: &f32| (4.0..=400.0).contains(n);
-    let number = text.parse().ok().filter(fits);
-    number.ok_or_else(|| "expected pixels per degree, from 4 to 400".into())
-}
-
-fn seconds(text: &str) -> Result<f32, String> {
-    let seconds = text.parse().ok();
-    let fits = |s: &f32| (0.0..=86_400.0).contains(s);
-    seconds
-        .filter(fits)
-        .ok_or_else(|| "expected seconds, from 0 to 86400".into())
-}
-
-fn size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some(sides) if sides.iter().all(|s| (1..=16_384).contains(s)) => Ok(sides),
-        Some(_) => Err("each side must be 1 to 16384".into()),
-        None => Err("expected WIDTHxHEIGHT in pixels, such as 1280x720".into()),
-    }
-}
-
-fn orbit(text: &str) -> Result<CameraPose, String> {
-    let numbers: Vec<f32> = text
-        .split(',')
-        .map(str::trim)
-        .map(str::parse)
-        .collect::<Result<_, _>>()
-        .unwrap_or_default();
-    let Ok(orbit) = <[f32; 3]>::try_from(numbers) else {
-        return Err("expected AZIMUTH,ELEVATION,DISTANCE, such as 30,20,3".into());
-    };
-    let placement = CameraPose::Orbit(orbit);
-    placement.check().map_err(|fault| fault.reason)?;
-    Ok(placement)
 }

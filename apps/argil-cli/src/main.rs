@@ -1,5 +1,6 @@
 //! The `argil` command. Scripts can rely on its names, flags, `--json` keys and exit codes.
 
+mod arg_values;
 mod args;
 mod bake;
 mod companion;

@@ -147,7 +147,8 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
 }
 
 /// Describes what levels of detail hold, and what a view brought.
-pub(crate) fn levels(levels: &Levels, refined: &FillStats) -> Value {
+pub(crate) fn levels(levels: &Levels, refined: &FillStats, coarse: &[f64]) -> Value {
+    let mean = coarse.iter().sum::<f64>() / coarse.len().max(1) as f64;
     let grid = levels.layout().finest_grid();
     json!({
         "finest_voxels": grid.size.to_array(),
@@ -159,6 +160,11 @@ pub(crate) fn levels(levels: &Levels, refined: &FillStats) -> Value {
         "bricks_evicted": refined.evicted,
         "bricks_missing": refined.remaining,
         "is_full": refined.is_full,
+        "pixel_error": levels.effective_pixel_error(),
+        "coarse_share": json!({
+            "mean": mean,
+            "max": coarse.iter().copied().fold(0.0, f64::max),
+        }),
     })
 }
 

@@ -4,8 +4,8 @@ use crate::args::RenderArgs;
 use crate::{input, output};
 use anyhow::Context;
 use argil::render::{Camera, RenderSettings};
-use argil::scene::Scene;
-use argil::volume::FillStats;
+use argil::scene::{CameraPath, Scene};
+use argil::volume::{FillStats, Levels};
 use argil::{Orbit, RenderedImage, Representation, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -56,44 +56,78 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
     let settings = settings(options, &world);
 
-    let mut edit_ms = Vec::new();
-    let mut refined = FillStats::default();
-    let (drawn, frame_ms) = match options.frames {
-        None => {
-            refined = world.refine(&camera, &settings)?;
-            let drawn = world.render(&camera, &settings)?;
-            if let Some(path) = &picture {
-                drawn.save(path)?;
-            }
-            let duration_ms = drawn.duration_ms;
-            (drawn, vec![duration_ms])
-        }
-        Some(count) => {
-            let mut reel = Reel::new(&settings, count, picture.as_deref())?;
-            match scene.duration().filter(|_| options.time.is_none()) {
-                Some(duration) => {
-                    animate(&mut scene, &mut world, camera, duration, &mut reel)?;
-                }
-                None => {
-                    for camera in Orbit::cameras(camera, count) {
-                        refined = world.refine(&camera, &settings)?;
-                        reel.draw(&world, &camera)?;
-                    }
-                }
-            }
-            edit_ms = reel.edits;
-            (reel.last.context("no frame was rendered")?, reel.times)
-        }
-    };
-    report(
+    let frames = draw(
         options,
-        &world,
-        &drawn,
-        (build_ms, refined),
-        &frame_ms,
-        &edit_ms,
+        (&mut scene, &mut world),
+        camera,
+        &settings,
         picture.as_deref(),
-    )
+    )?;
+    report(options, &world, build_ms, &frames, picture.as_deref())
+}
+
+/// What was drawn.
+struct Frames {
+    last: RenderedImage,
+    frame_ms: Vec<f64>,
+    edit_ms: Vec<f64>,
+    refined: FillStats,
+    coarse: Vec<f64>,
+}
+
+/// Draws the image, or the frames of an animation, of a path or of an orbit.
+fn draw(
+    options: &RenderArgs,
+    (scene, world): (&mut Scene, &mut World),
+    camera: Camera,
+    settings: &RenderSettings,
+    picture: Option<&Path>,
+) -> anyhow::Result<Frames> {
+    let mut refined = FillStats::default();
+    let Some(count) = options.frames else {
+        refined = world.refine(&camera, settings)?;
+        let drawn = world.render(&camera, settings)?;
+        if let Some(path) = picture {
+            drawn.save(path)?;
+        }
+        return Ok(Frames {
+            frame_ms: vec![drawn.duration_ms],
+            last: drawn,
+            edit_ms: Vec::new(),
+            refined,
+            coarse: world
+                .levels()
+                .map(Levels::coarse_share)
+                .into_iter()
+                .collect(),
+        });
+    };
+    let mut reel = Reel::new(settings, count, picture)?;
+    reel.fill_ms = options.fill_ms.map(f64::from);
+    let path = options.path.as_deref().map(|name| path_of(scene, name));
+    let path = path.transpose()?.cloned();
+    match (path, scene.duration().filter(|_| options.time.is_none())) {
+        (Some(path), _) => {
+            let step = path.duration() / count.saturating_sub(1).max(1) as f32;
+            for i in 0..count {
+                let camera = world.camera_at(path.at(step * i as f32));
+                refined += reel.draw_levels(world, &camera)?;
+            }
+        }
+        (None, Some(duration)) => animate(scene, world, camera, duration, &mut reel)?,
+        (None, None) => {
+            for camera in Orbit::cameras(camera, count) {
+                refined += reel.draw_levels(world, &camera)?;
+            }
+        }
+    }
+    Ok(Frames {
+        last: reel.last.context("no frame was rendered")?,
+        frame_ms: reel.times,
+        edit_ms: reel.edits,
+        refined,
+        coarse: reel.coarse,
+    })
 }
 
 /// Returns the path of the image, or `None` for an orbit without -o.
@@ -133,12 +167,33 @@ fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
     }
 }
 
+/// How many frames ahead of the camera bricks are baked.
+const FRAMES_AHEAD: f32 = 8.0;
+
+/// Returns a path of the scene's view.
+fn path_of<'a>(scene: &'a Scene, name: &str) -> anyhow::Result<&'a CameraPath> {
+    let paths = &scene.view.paths;
+    paths.get(name).with_context(|| {
+        let names: Vec<&str> = paths.keys().map(String::as_str).collect();
+        match names.is_empty() {
+            true => "the scene's view has no paths: omit --path".to_owned(),
+            false => format!("the scene has no path {name:?}, but {}", names.join(", ")),
+        }
+    })
+}
+
 /// A sequence of frames.
 struct Reel<'a> {
     settings: &'a RenderSettings,
     path: Option<&'a Path>,
     progress: ProgressBar,
     times: Vec<f64>,
+    /// Milliseconds for baking after each frame, if not all that is missing is baked before.
+    fill_ms: Option<f64>,
+    /// The share of hits in each frame for which a finer brick was missing.
+    coarse: Vec<f64>,
+    /// The camera of the last frame.
+    before: Option<Camera>,
     /// Timings of the edits that move the scene, in milliseconds.
     edits: Vec<f64>,
     last: Option<RenderedImage>,
@@ -157,8 +212,31 @@ impl<'a> Reel<'a> {
             progress: ProgressBar::new(count.into()).with_style(style),
             times: Vec::new(),
             edits: Vec::new(),
+            fill_ms: None,
+            coarse: Vec::new(),
+            before: None,
             last: None,
         })
+    }
+
+    /// Draws a frame of levels. Bakes what is missing before, or for some time after it, also for where the camera will
+    /// be.
+    fn draw_levels(&mut self, world: &mut World, camera: &Camera) -> anyhow::Result<FillStats> {
+        let Some(fill_ms) = self.fill_ms else {
+            let refined = world.refine(camera, self.settings)?;
+            self.draw(world, camera)?;
+            return Ok(refined);
+        };
+        self.draw(world, camera)?;
+        if let Some(before) = self.before.replace(*camera) {
+            let ahead = Camera {
+                eye: camera.eye + FRAMES_AHEAD * (camera.eye - before.eye),
+                target: camera.target + FRAMES_AHEAD * (camera.target - before.target),
+                ..*camera
+            };
+            world.prefetch(&ahead, self.settings)?;
+        }
+        Ok(world.fill_pages(fill_ms).unwrap_or_default())
     }
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {
@@ -167,6 +245,7 @@ impl<'a> Reel<'a> {
             drawn.save(numbered(path, self.times.len()))?;
         }
         self.times.push(drawn.duration_ms);
+        self.coarse.extend(world.levels().map(Levels::coarse_share));
         self.last = Some(drawn);
         self.progress.inc(1);
         if self.progress.length() == Some(self.times.len() as u64) {
@@ -264,20 +343,25 @@ fn json_report(
 fn report(
     options: &RenderArgs,
     world: &World,
-    drawn: &RenderedImage,
-    (build_ms, refined): (f64, FillStats),
-    frame_ms: &[f64],
-    edit_ms: &[f64],
+    build_ms: f64,
+    frames: &Frames,
     picture: Option<&Path>,
 ) -> anyhow::Result<()> {
+    let Frames {
+        last: drawn,
+        frame_ms,
+        edit_ms,
+        refined,
+        coarse,
+    } = frames;
     let engine = world.engine();
     let times = output::times(frame_ms);
     let kept = world.representation();
     if options.json {
-        let times = (build_ms, frame_ms, edit_ms);
+        let times = (build_ms, &frame_ms[..], &edit_ms[..]);
         let mut report = json_report(world, drawn, times, picture)?;
         if let Some(levels) = world.levels() {
-            output::extend(&mut report, output::levels(levels, &refined));
+            output::extend(&mut report, output::levels(levels, refined, coarse));
         }
         output::json(&report);
         return Ok(());
@@ -320,7 +404,7 @@ fn report(
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
     if let Some(levels) = world.levels() {
-        let own = output::levels(levels, &refined);
+        let own = output::levels(levels, refined, coarse);
         for (key, value) in own.as_object().into_iter().flatten() {
             output::pair(key, value);
         }

@@ -25,6 +25,7 @@ const COMBINE_MASK: u32 = 7u;
 const FLAG_SWAPPED: u32 = 8u;
 const FLAG_KEEP_MATERIAL: u32 = 16u;
 const FLAG_TRANSLATION: u32 = 32u;
+const FLAG_BOUNDED: u32 = 64u;
 const BRUSH_HEADER_WORDS: u32 = 18u;
 const PIECE_WORDS: u32 = 8u;
 const SAMPLED_HEADER: u32 = 8u;

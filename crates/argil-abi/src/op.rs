@@ -59,6 +59,9 @@ constants! { FLAGS:
     FLAG_KEEP_MATERIAL = 16;
     /// The map from the point to the shape is a translation, and the scale is 1.
     FLAG_TRANSLATION = 32;
+    /// `PUSH_VALUE` of a union with a bound: a sphere and a factor, five parameters. At a point, the union's distance is
+    /// at least the distance to the sphere times the factor.
+    FLAG_BOUNDED = 64;
     /// Words before a shape's own parameters: 12 of an affine map, then scale, k, 1/(4k), sa, sb, sr.
     BRUSH_HEADER_WORDS = 18;
     /// Words of a path's segment: kind, three points, one spare.

@@ -1,6 +1,7 @@
 //! The interpreter on the CPU: one instruction at a time over [`LANES`] points. `interpreter.wgsl` is the twin, one
 //! point at a time.
 
+use crate::bounded_group::skip_group;
 use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
 use crate::domain_ops::{
@@ -69,7 +70,13 @@ pub(crate) fn run<R: Real, const APART: bool>(
             continue;
         }
         match op {
-            abi::OP_PUSH_VALUE => save_value(r, materials),
+            abi::OP_PUSH_VALUE => {
+                let is_bounded = instructions[pc - 1].flags & abi::FLAG_BOUNDED != 0;
+                match is_bounded.then(|| skip_group(r, params, instructions, pc - 1, marks)) {
+                    Some(Some(end)) => pc = end + 1,
+                    _ => save_value(r, materials),
+                }
+            }
             abi::OP_COMBINE => {
                 combine(r, params, &instructions[pc - 1], pc - 1, [materials, marks])
             }

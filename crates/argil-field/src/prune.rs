@@ -1,6 +1,7 @@
 //! Finds the instructions that can matter in a cell.
 
 use crate::Program;
+use crate::bounded_group::end_of_group;
 use crate::curves::SIMD_BLOCK;
 use crate::eval_brush::BrushParams;
 use crate::evaluate::run_parallel;
@@ -218,6 +219,10 @@ impl<'a> Pruner<'a> {
                 }
                 op if op < abi::OP_SHAPES_END => self.writer.brush(*instr, drop_a, drop_b, out),
                 abi::OP_COMBINE => self.writer.combine(*instr, drop_a, drop_b, out),
+                abi::OP_PUSH_VALUE if drop_b => {
+                    // A bounded group that is too far.
+                    at = end_of_group(instructions, at - 1).map_or(at, |end| end + 1);
+                }
                 abi::OP_PUSH_VALUE => self.writer.push_value(*instr, out),
                 abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.writer.open(*instr, out),
                 abi::OP_POP_POINT | abi::OP_UNCLAMP => self.writer.close(*instr, out),

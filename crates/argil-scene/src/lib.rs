@@ -4,6 +4,8 @@
 mod action;
 mod animate;
 mod bounds;
+mod camera_path;
+mod camera_pose;
 mod change;
 mod edit;
 mod edit_checks;
@@ -42,6 +44,8 @@ mod view;
 
 pub use action::{Action, LogError};
 pub use bounds::{Extent, Extents, evaluated_copies};
+pub use camera_path::{CameraPath, PathPoint};
+pub use camera_pose::CameraPose;
 pub use change::SceneChange;
 pub use edit::{Edit, EditError, EditOutcome};
 #[cfg(feature = "schema")]
@@ -69,4 +73,4 @@ pub use scene::Scene;
 pub use shape::{Exactness, Shape, ShapeParameter};
 pub use text::text_outlines;
 pub use validation::{MAX_LENGTH, ValidationError};
-pub use view::{CameraPose, View};
+pub use view::View;

@@ -1,8 +1,10 @@
 use crate::validation::{ValidationError, coordinate, each, within};
+use crate::{CameraPath, CameraPose};
 use argil_math::Aabb;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The view of a scene: camera, ground, sun and bounds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,23 +23,9 @@ pub struct View {
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
-}
-
-/// Position and direction of a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum CameraPose {
-    /// Azimuth and elevation in degrees, and the distance in multiples of the radius of what is viewed.
-    Orbit([f32; 3]),
-    /// From a point toward a point.
-    #[serde(alias = "look")]
-    LookAt {
-        /// Position of the camera.
-        eye: [f32; 3],
-        /// The point in the middle of the image.
-        target: [f32; 3],
-    },
+    /// Paths of cameras, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub paths: BTreeMap<String, CameraPath>,
 }
 
 impl Default for View {
@@ -48,6 +36,7 @@ impl Default for View {
             ground: false,
             bounds: None,
             sun_degrees: [60.0, 50.0],
+            paths: BTreeMap::new(),
         }
     }
 }
@@ -62,6 +51,10 @@ impl View {
             170.0,
         )?;
         each("sun_degrees", self.sun_degrees, coordinate)?;
+        for (name, path) in &self.paths {
+            path.check()
+                .map_err(|fault| fault.within(&format!("paths.{name}")))?;
+        }
         if let Some([min, max]) = self.bounds {
             each("bounds[0]", min, coordinate)?;
             each("bounds[1]", max, coordinate)?;
@@ -74,32 +67,5 @@ impl View {
             }
         }
         Ok(())
-    }
-}
-
-impl CameraPose {
-    /// Checks that every value is in its range.
-    ///
-    /// # Errors
-    /// The first value that is out of range.
-    pub fn check(&self) -> Result<(), ValidationError> {
-        match *self {
-            Self::Orbit([azimuth, elevation, distance]) => {
-                coordinate("orbit[0]", azimuth)?;
-                within("orbit[1]", elevation, -90.0, 90.0)?;
-                within("orbit[2]", distance, 0.0, 1e4)
-            }
-            Self::LookAt { eye, target } => {
-                each("look_at.eye", eye, coordinate)?;
-                each("look_at.target", target, coordinate)?;
-                if eye == target {
-                    return Err(ValidationError::new(
-                        "look_at.target",
-                        "eye and target coincide",
-                    ));
-                }
-                Ok(())
-            }
-        }
     }
 }

@@ -190,6 +190,19 @@ impl World {
         wait(self.render_async(camera, settings))
     }
 
+    /// Asks for the bricks that a view will need, without baking them: [`World::fill_pages`] does. Call it with a camera
+    /// ahead of the motion. It traces one ray for 64 pixels. Does nothing for a representation other than levels.
+    ///
+    /// # Errors
+    /// If a setting is out of range, or the work was canceled.
+    pub fn prefetch(
+        &mut self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<(), RenderError> {
+        wait(self.prefetch_async(camera, settings))
+    }
+
     /// Renders and bakes until all bricks that the view needs are resident, or the budget is full. Does nothing for a
     /// representation other than levels.
     ///

@@ -71,8 +71,8 @@ pub mod prelude {
     pub use argil_math::{Aabb, Control};
     pub use argil_render::{Camera, RenderMode, RenderSettings};
     pub use argil_scene::{
-        Brush, CameraPose, Edit, Group, Journal, Keyframe, Material, Modifier, NodeId, NodeTree,
-        Operator, OperatorKind, Path2, SampledGrid, Scene, Shape, View,
+        Brush, CameraPath, CameraPose, Edit, Group, Journal, Keyframe, Material, Modifier, NodeId,
+        NodeTree, Operator, OperatorKind, Path2, SampledGrid, Scene, Shape, View,
     };
 }
 

@@ -1,9 +1,13 @@
 //! The tasks `web` and `generate`, which `cargo xtask` builds and runs.
 
+mod city;
 mod pictures;
 mod readme;
+mod valley;
 mod web;
 mod web_test;
+mod world_parts;
+mod worlds;
 
 use anyhow::{Context, bail};
 use xtask::root;
@@ -41,6 +45,7 @@ fn generate() -> anyhow::Result<()> {
         readme::readmes()?,
         pictures::pictures()?,
         pictures::crate_pictures()?,
+        worlds::worlds()?,
     ]
     .concat()
     {

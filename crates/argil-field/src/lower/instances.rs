@@ -10,8 +10,10 @@ use super::frame::{Frame, joint};
 use super::lowering::{Lowering, LoweringTask};
 use super::params::affine_words;
 use argil_abi::{self as abi, Instruction};
-use argil_scene::{NodeId, Operator, Pose};
-use glam::DAffine3;
+use argil_math::Aabb;
+use argil_scene::{Extent, NodeId, Operator, Pose};
+use glam::{DAffine3, Vec3};
+use std::ops::Range;
 
 fn plain(op: u32) -> Instruction {
     Instruction {
@@ -27,7 +29,7 @@ impl Lowering<'_> {
         node: NodeId,
         count: usize,
         poses: &[Pose],
-        frame: Frame,
+        (content, frame): (&Extent, Frame),
     ) {
         let mut sorted = poses.to_vec();
         sorted.sort_by(|a, b| a.scale.total_cmp(&b.scale));
@@ -42,6 +44,7 @@ impl Lowering<'_> {
                 LoweringTask::EndInstances {
                     node,
                     others: poses[1..].to_vec(),
+                    content: *content,
                     frame,
                     is_first: nth == 0,
                 },
@@ -88,7 +91,8 @@ impl Lowering<'_> {
     pub(super) fn end_instances(
         &mut self,
         node: NodeId,
-        others: &[Pose],
+        mut others: Vec<Pose>,
+        content: &Extent,
         frame: Frame,
         is_first: bool,
     ) -> Result<(), LowerError> {
@@ -117,27 +121,117 @@ impl Lowering<'_> {
         let brushes = self.program.brushes - brushes;
         self.program.brushes += brushes * others.len();
         self.program.instructions.reserve(own * others.len());
-        for &pose in others {
-            self.emit(plain(abi::OP_PUSH_VALUE));
-            self.emit(plain(abi::OP_PUSH_POINT));
-            let moved = (self.program.instructions.len() - begin) as u32;
-            let map = self.map_of(pose, frame);
-            self.emit(map);
-            for nth in begin + 1..end {
-                let mut instr = self.program.instructions[nth];
-                if instr.op == abi::OP_NEXT {
-                    instr.operand += moved;
+        others.sort_by_cached_key(along_curve);
+        for cluster in others.chunks(CLUSTER) {
+            let bounds: Vec<[f32; 5]> = cluster
+                .iter()
+                .filter_map(|&pose| sphere(pose, content, frame))
+                .collect();
+            let around = around(&bounds).filter(|_| bounds.len() == cluster.len());
+            self.open_group(around);
+            for (nth, &pose) in cluster.iter().enumerate() {
+                if nth > 0 {
+                    self.open_group(bounds.get(nth).copied());
                 }
-                self.emit(instr);
+                self.copy(begin..end, pose, frame);
+                if nth > 0 {
+                    self.emit(combine);
+                }
             }
-            self.emit(plain(abi::OP_POP_POINT));
             self.emit(combine);
         }
         Ok(())
+    }
+
+    /// Begins a union with what is before it. A [`Pruner`](crate::Pruner) and the interpreter skip it by its bound.
+    fn open_group(&mut self, bound: Option<[f32; 5]>) {
+        let instr = match bound {
+            Some(words) => Instruction {
+                flags: abi::FLAG_BOUNDED,
+                ..self.with(abi::OP_PUSH_VALUE, &words)
+            },
+            None => plain(abi::OP_PUSH_VALUE),
+        };
+        self.emit(instr);
+    }
+
+    /// Emits an instance, given the range of the first one: its map, and what follows.
+    fn copy(&mut self, first: Range<usize>, pose: Pose, frame: Frame) {
+        self.emit(plain(abi::OP_PUSH_POINT));
+        let moved = (self.program.instructions.len() - first.start) as u32;
+        let map = self.map_of(pose, frame);
+        self.emit(map);
+        for nth in first.start + 1..first.end {
+            let mut instr = self.program.instructions[nth];
+            if instr.op == abi::OP_NEXT {
+                instr.operand += moved;
+            }
+            self.emit(instr);
+        }
+        self.emit(plain(abi::OP_POP_POINT));
     }
 
     fn map_of(&mut self, pose: Pose, frame: Frame) -> Instruction {
         let map = pose.own_from_outer() * frame.own_from_point;
         self.with(abi::OP_AFFINE, &affine_words(&map))
     }
+}
+
+/// Instances in a cluster, which is skipped as a whole where it is far.
+const CLUSTER: usize = 16;
+
+/// Returns a position along a space-filling curve, in steps of a 2048th of the largest coordinate that a scene can
+/// have in practice.
+fn along_curve(pose: &Pose) -> u64 {
+    let place = pose
+        .position
+        .map(|c| (c.clamp(-16_384.0, 16_383.0) * 64.0) as i32 + (1 << 20));
+    (0..21).fold(0, |code, bit| {
+        let bits = place.map(|c| u64::from(c as u32 >> bit & 1));
+        code | (bits[0] | bits[1] << 1 | bits[2] << 2) << (3 * bit)
+    })
+}
+
+/// Returns a bound of an instance: a sphere in the interpreter's frame, and the factor from the distance to it to the
+/// scene's distance. Returns `None` if the solid is infinite, or the frame does not keep angles.
+fn sphere(pose: Pose, content: &Extent, frame: Frame) -> Option<[f32; 5]> {
+    let own_from_point = pose.own_from_outer() * frame.own_from_point;
+    let point_from_own = own_from_point.inverse();
+    let axes = point_from_own.matrix3;
+    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.length());
+    let is_similar = (x - y).abs().max((x - z).abs()) < 1e-6 * x;
+    if !content.aabb.is_finite() || content.aabb.is_empty() || !is_similar {
+        return None;
+    }
+    let center = point_from_own.transform_point3(content.aabb.center().as_dvec3());
+    let radius = f64::from(content.aabb.half_diagonal()) * x;
+    // Distances are measured with rounding.
+    let rounding = 1e-6 * (center.abs().max_element() + radius);
+    let factor = frame.scale * f64::from(pose.scale) / (x * f64::from(content.lipschitz_inverse));
+    let [cx, cy, cz] = center.as_vec3().to_array();
+    Some([
+        cx,
+        cy,
+        cz,
+        (radius + rounding) as f32,
+        (0.9999 * factor) as f32,
+    ])
+}
+
+/// Returns a bound of several.
+fn around(bounds: &[[f32; 5]]) -> Option<[f32; 5]> {
+    let centers = || bounds.iter().map(|&[x, y, z, ..]| Vec3::new(x, y, z));
+    let middle = Aabb::around(centers()).center();
+    let radius = centers()
+        .zip(bounds)
+        .map(|(center, own)| center.distance(middle) + own[3])
+        .fold(0.0, f32::max);
+    let factor = bounds
+        .iter()
+        .map(|own| own[4])
+        .fold(f32::INFINITY, f32::min);
+    (!bounds.is_empty()).then(|| {
+        let rounding = 1e-6 * (middle.abs().max_element() + radius);
+        [middle.x, middle.y, middle.z, radius + rounding, factor]
+    })
 }

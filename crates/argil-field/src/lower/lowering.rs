@@ -9,7 +9,7 @@ use crate::program::Program;
 use crate::regularity::Regularity;
 use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instruction};
-use argil_scene::{Extents, NodeDesc, NodeId, Pose, Scene};
+use argil_scene::{Extent, Extents, NodeDesc, NodeId, Pose, Scene};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -46,6 +46,7 @@ pub(super) enum LoweringTask {
     EndInstances {
         node: NodeId,
         others: Vec<Pose>,
+        content: Extent,
         frame: Frame,
         is_first: bool,
     },
@@ -141,9 +142,10 @@ impl<'a> Lowering<'a> {
                 LoweringTask::EndInstances {
                     node,
                     others,
+                    content,
                     frame,
                     is_first,
-                } => self.end_instances(node, &others, frame, is_first)?,
+                } => self.end_instances(node, others, &content, frame, is_first)?,
                 LoweringTask::Brush { node, frame } => self.brush(node, frame)?,
             }
         }

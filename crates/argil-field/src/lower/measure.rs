@@ -100,8 +100,12 @@ impl<'a> Lowering<'a> {
                     .at_current_time()
                     .modifiers
                     .iter()
-                    .filter(|m| is_loop(m) || matches!(m, Modifier::Instances { .. }))
-                    .count() as u32;
+                    .map(|m| match m {
+                        // A cluster, and an instance in it.
+                        Modifier::Instances { .. } => 2,
+                        _ => u32::from(is_loop(m)),
+                    })
+                    .sum::<u32>();
         }
         if let Some(&root) = parents_first.first() {
             self.program.value_slots = self.slots[root] as usize;

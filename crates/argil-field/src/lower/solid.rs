@@ -95,7 +95,7 @@ impl Lowering<'_> {
         for (nth, (modifier, content)) in modifiers.enumerate().rev() {
             if let Modifier::Instances { poses } = modifier {
                 self.tasks.extend(closing);
-                self.push_instances(node, nth, poses, frame);
+                self.push_instances(node, nth, poses, (content, frame));
                 return Ok(());
             }
             if modifier.affine().is_some() {

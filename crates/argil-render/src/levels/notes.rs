@@ -7,6 +7,9 @@ use argil_volume::{LevelLanes, NO_REQUEST, PageRequest};
 pub(super) struct PageNotes {
     pub used: Vec<u32>,
     pub asked: Vec<PageRequest>,
+    /// Hits, and how many of them were too coarse.
+    pub hits: u64,
+    pub coarse: u64,
 }
 
 impl PageNotes {

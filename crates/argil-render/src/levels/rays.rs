@@ -60,6 +60,8 @@ impl<'a> LevelRays<'a> {
         });
         notes.asked.dedup_by_key(|one: &mut PageRequest| one.key);
         self.levels().note(&notes.used, &notes.asked);
+        self.levels().count_hits(notes.hits, notes.coarse);
+        (notes.hits, notes.coarse) = (0, 0);
     }
 
     /// Takes one step of a batch of rays.
@@ -72,7 +74,7 @@ impl<'a> LevelRays<'a> {
         notes: (&mut LevelLanes, &mut PageNotes),
         found: &mut StepOutcome,
     ) {
-        let size = self.levels().pixel_error() * frame.pixel_width;
+        let size = self.levels().effective_pixel_error() * frame.pixel_width;
         match self {
             Self::Eight(s) => step_i8(s, frame, (size, steps), wave, range, notes, found),
             Self::Sixteen(s) => step_i16(s, frame, (size, steps), wave, range, notes, found),
@@ -87,7 +89,7 @@ impl<'a> LevelRays<'a> {
         lanes: &mut NearLanes,
         notes: (&mut LevelLanes, &mut PageNotes),
     ) {
-        let size = self.levels().pixel_error() * frame.pixel_width;
+        let size = self.levels().effective_pixel_error() * frame.pixel_width;
         match self {
             Self::Eight(s) => solve_i8(s, frame, (size, pixels), lanes, notes),
             Self::Sixteen(s) => solve_i16(s, frame, (size, pixels), lanes, notes),
@@ -116,7 +118,7 @@ impl<'a, 'b> LevelCones<'a, 'b> {
         Self {
             rays,
             eye: [frame.eye[0], frame.eye[1], frame.eye[2]],
-            size: CONE_VOXELS * rays.levels().pixel_error() * frame.pixel_width,
+            size: CONE_VOXELS * rays.levels().effective_pixel_error() * frame.pixel_width,
             lanes,
             notes,
         }

@@ -200,6 +200,11 @@ fn solve<T: Texel>(
     }
     let mut hit = [[0.0f32; LANES]; 3];
     roots::<T>(&measures, &corners, n, rays, &mut hit);
+    for i in (0..n).filter(|&i| rays.hit[i] != 0) {
+        notes.hits += 1;
+        let is_coarse = lanes.gap[i] > 0.0 && lanes.voxel[i] > 2.0 * size * rays.t[i];
+        notes.coarse += u64::from(is_coarse);
+    }
     let mut beyond = NeighborPlanes::default();
     if frame.normals == abi::NORMALS_SMOOTH {
         for i in 0..n {

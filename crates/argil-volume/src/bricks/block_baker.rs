@@ -61,6 +61,32 @@ impl<'a> CellContext<'a> {
         })
     }
 
+    /// Whether a brick's samples at its corners and its center can be those of a plane. It saves most bricks the proof.
+    fn may_be_plane<T: Texel>(&self, texels: &[T]) -> bool {
+        let layout = &self.layout;
+        let n = layout.brick_size_voxels as usize;
+        let quantum = layout.encoding.band_width(&layout.voxel_grid, 0)
+            / layout.encoding.format.max_code() as f32;
+        let at = |x: usize, y: usize, z: usize| {
+            let nth = (z * (n + 1) + y) * (n + 1) + x;
+            texels[nth].code() * quantum
+        };
+        let first = at(0, 0, 0);
+        let along = [at(n, 0, 0), at(0, n, 0), at(0, 0, n)].map(|d| d - first);
+        // A plane through four samples is off by up to five times their error elsewhere.
+        let limit = 6.0 * (self.tolerance + quantum);
+        let corners = [[1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 1, 1]].map(|corner| {
+            let [x, y, z] = corner.map(|c| c * n);
+            let expected: f32 = (0..3).map(|axis| corner[axis] as f32 * along[axis]).sum();
+            at(x, y, z) - first - expected
+        });
+        let center = at(n / 2, n / 2, n / 2) - first - 0.5 * along.iter().sum::<f32>();
+        corners
+            .iter()
+            .chain([&center])
+            .all(|off| off.abs() <= limit)
+    }
+
     /// Samples a cell's brick behind `texels`. Returns `None` if no surface passes through it.
     pub(crate) fn sample<T: Texel>(
         &self,
@@ -82,7 +108,9 @@ impl<'a> CellContext<'a> {
             texels.truncate(begin);
             return None;
         }
-        let flat = baker.flat_program(list, cell, self.tolerance);
+        let is_plane = self.may_be_plane(&texels[begin..]);
+        let flat = is_plane.then(|| baker.flat_program(list, cell, self.tolerance));
+        let flat = flat.flatten();
         let is_flat = flat.is_some();
         // Other materials are not near the surface.
         let list = flat.as_deref().unwrap_or(list);

@@ -6,6 +6,11 @@ use crate::bricks::Pool;
 use crate::{MISSING_BRICK, Texel, is_brick};
 use std::sync::atomic::Ordering;
 
+/// The factors by which the accepted size of voxels changes from fill to fill, and its limit.
+const COARSER: f32 = 1.2;
+const FINER: f32 = 0.95;
+const MAX_COARSENING: f32 = 256.0;
+
 impl Levels {
     /// Removes bricks of cells. What is known of the cells stays.
     fn remove_bricks<T: Texel>(&mut self, cells: &[u32]) {
@@ -68,6 +73,23 @@ impl Levels {
         let evicted = old.len() as u64;
         self.remove_unused_pages::<T>();
         (evicted, self.used_bytes() + bytes <= self.budget)
+    }
+
+    /// Lets rays accept larger voxels while memory is full, and smaller ones when the last frame used little of it.
+    pub(super) fn adapt(&mut self, is_full: bool) {
+        if is_full {
+            self.coarsening = (self.coarsening * COARSER).min(MAX_COARSENING);
+            return;
+        }
+        if self.coarsening == 1.0 {
+            return;
+        }
+        let is_used =
+            |cell: &&u32| self.used[**cell as usize].load(Ordering::Relaxed) >= self.kept_since;
+        let used = self.store.cell_of_brick.iter().filter(is_used).count() as u64;
+        if 2 * used * (self.layout.level(0).brick_bytes() + 8) < self.budget {
+            self.coarsening = (self.coarsening * FINER).max(1.0);
+        }
     }
 
     /// Removes pages without bricks that no recent frame used.

@@ -234,6 +234,7 @@ impl Levels {
             }
         }
         done.remaining = rest.len() as u64;
+        self.adapt(done.is_full);
         self.kept_since = self.frame.load(Ordering::Relaxed) + 1;
         done
     }

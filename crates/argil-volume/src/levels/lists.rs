@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// Bytes of pages' programs that are kept.
-const LIST_BYTES: u64 = 16 << 20;
+const LIST_BYTES: u64 = 32 << 20;
 
 impl Levels {
     /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
@@ -85,7 +85,7 @@ impl Levels {
             .flatten()
             .map(|l| size_of_val(&l[..]))
             .sum();
-        let mut room = LIST_BYTES.min(self.budget / 16).saturating_sub(kept as u64);
+        let mut room = LIST_BYTES.min(self.budget / 8).saturating_sub(kept as u64);
         for slot in unknown {
             let list = &found[&slot];
             let bytes = size_of_val(&list[..]) as u64;

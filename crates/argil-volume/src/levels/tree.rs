@@ -10,7 +10,7 @@ use crate::{BrickCell, SampleFormat, is_brick};
 use argil_abi::Instruction;
 use glam::{IVec3, Vec3};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Bytes of a page without its bricks: its node, and for each cell its word, its child, and its last use.
 pub(super) const PAGE_BYTES: u64 = 32 + 8 * 12;
@@ -46,6 +46,8 @@ pub struct Levels {
     pub(super) budget: u64,
     /// The size of a voxel that a ray accepts, in pixels.
     pub(super) pixel_error: f32,
+    /// The factor by which voxels may be larger than that, because memory is full.
+    pub(super) coarsening: f32,
     /// The first page of the coarsest level, the number of pages, and the slot of each.
     pub(super) root_low: IVec3,
     pub(super) root_size: IVec3,
@@ -64,6 +66,8 @@ pub struct Levels {
     /// What this frame or a later one used is not evicted.
     pub(super) kept_since: u32,
     pub(super) requests: Requests,
+    /// Hits of the current frame, and how many of them were too coarse.
+    pub(super) hits: [AtomicU64; 2],
 }
 
 impl Clone for Levels {
@@ -79,6 +83,7 @@ impl Clone for Levels {
             used: self.used.iter().map(value).collect(),
             frame: value(&self.frame),
             requests: Requests::default(),
+            hits: Default::default(),
             ..*self
         }
     }
@@ -107,6 +112,7 @@ impl Levels {
             lipschitz,
             budget,
             pixel_error: 1.0,
+            coarsening: 1.0,
             root_low: low,
             root_size: size,
             roots: vec![NO_PAGE; size.element_product() as usize],
@@ -119,6 +125,7 @@ impl Levels {
             frame: AtomicU32::new(0),
             kept_since: 1,
             requests: Requests::default(),
+            hits: Default::default(),
         }
     }
 
@@ -140,6 +147,12 @@ impl Levels {
     /// Returns the size of a voxel that a ray accepts, in pixels.
     pub fn pixel_error(&self) -> f32 {
         self.pixel_error
+    }
+
+    /// Returns the size of a voxel that a ray accepts at present, in pixels. It is larger than [`Levels::pixel_error`]
+    /// while memory is full, so that all of an image is equally sharp.
+    pub fn effective_pixel_error(&self) -> f32 {
+        self.pixel_error * self.coarsening
     }
 
     /// Sets the size of a voxel that a ray accepts, in pixels.
@@ -274,6 +287,23 @@ impl Levels {
     /// Begins a frame: what it uses is not evicted before the next [`Levels::fill`].
     pub fn begin_frame(&self) {
         self.frame.fetch_add(1, Ordering::Relaxed);
+        for hits in &self.hits {
+            hits.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts hits of a part of a frame, and how many of them were in a brick coarser than twice what the ray accepts,
+    /// because a finer one was missing.
+    pub fn count_hits(&self, hits: u64, coarse: u64) {
+        self.hits[0].fetch_add(hits, Ordering::Relaxed);
+        self.hits[1].fetch_add(coarse, Ordering::Relaxed);
+    }
+
+    /// Returns the share of the current frame's hits in bricks coarser than twice what the ray accepts, because finer
+    /// ones were missing.
+    pub fn coarse_share(&self) -> f64 {
+        let [hits, coarse] = [0, 1].map(|i: usize| self.hits[i].load(Ordering::Relaxed) as f64);
+        coarse / hits.max(1.0)
     }
 
     /// Returns the number of bricks that frames asked for since the last [`Levels::fill`].

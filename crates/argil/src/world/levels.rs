@@ -12,6 +12,8 @@ use web_time::{Duration, Instant};
 const MAX_PASSES: u32 = 64;
 /// How many times as short the sides of the first images are.
 const SHRINK: u32 = 4;
+/// The same for images that only prefetch.
+const PREFETCH: u32 = 8;
 
 impl World {
     /// Returns the levels of detail, or `None` for another representation.
@@ -68,9 +70,6 @@ impl World {
             self.set_pixel_error(|_| usual);
             let own = passes?;
             done += own;
-            if own.is_full {
-                break;
-            }
         }
         Ok(done)
     }
@@ -95,11 +94,35 @@ impl World {
                 break;
             };
             done += own;
-            if own.answered == 0 || own.is_full {
+            if own.answered == 0 && !own.is_full {
                 break;
             }
         }
         Ok(done)
+    }
+
+    /// Asks for the bricks that a view will need, as a future: see [`World::prefetch`].
+    ///
+    /// # Errors
+    /// If a setting is out of range, or the work was canceled.
+    pub async fn prefetch_async(
+        &mut self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<(), RenderError> {
+        if !matches!(self.representation, Representation::Levels(_)) {
+            return Ok(());
+        }
+        let quick = RenderSettings {
+            mode: RenderMode::Normal,
+            samples: 1,
+            size: settings.size.map(|side| side.div_ceil(PREFETCH)),
+            ..*settings
+        };
+        let usual = self.set_pixel_error(|usual| usual / PREFETCH as f32);
+        let drawn = self.render_async(camera, &quick).await;
+        self.set_pixel_error(|_| usual);
+        drawn.map(|_| ())
     }
 
     /// Changes the size of a voxel that a ray accepts. Returns the size before.
