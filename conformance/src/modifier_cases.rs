@@ -179,6 +179,15 @@ fn nested_instances() -> Vec<SceneCase> {
         .with_modifier(instances())
         .scaled(0.5)
         .with_modifier(instances());
+    // Many, so that clusters of them are skipped.
+    let many = (0..120u16).map(|i| {
+        let along = |k: u16| f32::from(i * k % 121) / 121.0 * 2.4 - 1.2;
+        let scale = if i % 3 == 0 { 0.2 } else { 0.4 };
+        [along(7), along(13), along(29), f32::from(i) * 11.0, scale]
+    });
+    let many = Modifier::Instances {
+        poses: many.map(Pose::from).collect::<Vec<_>>().into(),
+    };
     let mut scene = Scene::new();
     push(&mut scene, Scene::ROOT, Brush::new(Shape::cuboid([0.6; 3])));
     let holes = Brush::new(Shape::sphere(0.2)).with_modifier(instances());
@@ -186,6 +195,7 @@ fn nested_instances() -> Vec<SceneCase> {
     vec![
         one("instances of twisted rows", twisted),
         one("instances of instances", twice),
+        one("many instances", body().with_modifier(many)),
         SceneCase {
             name: "instances as holes".to_owned(),
             scene,

@@ -141,6 +141,28 @@ fn levels_say_what_a_view_brought() {
     assert_eq!(found["frames"], 3);
 }
 
+/// A camera follows a path of the view, with what some milliseconds per frame bring.
+#[test]
+fn a_camera_follows_a_path() {
+    let city = scene("city");
+    let size = ["--size", "64x36", "--show", "normal", "--device", "cpu"];
+    let levels = [
+        "render", &city, "--via", "levels", "--json", "--frames", "3",
+    ];
+    let flight = ["--path", "flight", "--fill-ms", "20"];
+    let found = json(&argil(&[&levels[..], &size, &flight].concat()));
+    assert_eq!(found["frames"], 3);
+    assert_eq!(found["brushes"], 300_001);
+    assert!(found["coarse_share"]["max"].as_f64() > Some(0.0));
+    let stray = [&levels[..], &size, &["--path", "stroll"]].concat();
+    fails(
+        &stray,
+        1,
+        "the scene has no path \"stroll\", but flight, walk",
+    );
+    fails(&["render", &city, "--path", "walk"], 2, "--frames");
+}
+
 /// A warning precedes slow work.
 #[test]
 fn scenes_that_take_long_say_why() {

@@ -274,3 +274,116 @@ fn senseless_options_are_refused() -> Result<(), Box<dyn std::error::Error>> {
     ));
     Ok(())
 }
+
+/// A budget that holds only a part makes all of an image equally coarse, instead of leaving gaps.
+#[test]
+fn a_full_budget_makes_all_equally_coarse() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = scene()?;
+    let options = LevelsOptions {
+        memory_budget: 1 << 20,
+        ..LevelsOptions::from(65_536)
+    };
+    let mut world = levels_of(&scene, options)?;
+    let settings = world.render_settings([320, 180], RenderMode::Normal);
+    let camera = world.camera();
+    let filled = world.refine(&camera, &settings)?;
+    assert!(filled.evicted > 0 && !filled.is_full, "{filled:?}");
+    world.render(&camera, &settings)?;
+    let levels = world.levels().expect("levels");
+    let accepted = levels.effective_pixel_error();
+    assert!(accepted > 1.1 && accepted < 8.0, "{accepted}");
+    assert_eq!(levels.coarse_share(), 0.0);
+    // Far away, the scene is small, and soon sharp again.
+    let away = Camera {
+        eye: camera.target + 40.0 * (camera.eye - camera.target),
+        ..camera
+    };
+    for _ in 0..80 {
+        world.render(&away, &settings)?;
+        world.fill_pages(f64::INFINITY);
+    }
+    let levels = world.levels().expect("levels");
+    assert_eq!(levels.effective_pixel_error(), 1.0);
+    Ok(())
+}
+
+/// On a random walk with edits of instances and brushes, what is resident is what a fresh bake has, to the bit. Set
+/// ARGIL_WALK_STEPS for a longer walk than 60 steps.
+#[test]
+fn a_random_walk_with_edits_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Error>> {
+    let steps = std::env::var("ARGIL_WALK_STEPS").ok();
+    let steps: u32 = steps.and_then(|steps| steps.parse().ok()).unwrap_or(60);
+    let mut seed = 5u32;
+    let mut random = move |low: f32, high: f32| {
+        seed ^= seed << 13;
+        seed ^= seed >> 17;
+        seed ^= seed << 5;
+        low + (high - low) * ((seed >> 8) as f32 / 16_777_216.0)
+    };
+    let mut scene = scene()?;
+    let poses: Vec<argil::scene::Pose> = (0..50)
+        .map(|_| {
+            [
+                random(-1.8, 1.8),
+                0.0,
+                random(-1.8, 1.8),
+                random(0.0, 360.0),
+                0.5,
+            ]
+            .into()
+        })
+        .collect();
+    let row = Brush::new(Shape::sphere(0.05)).with_modifier(Modifier::Instances {
+        poses: poses.into(),
+    });
+    scene.push(row)?;
+    let options = LevelsOptions {
+        memory_budget: 3 << 20,
+        ..LevelsOptions::from(4096)
+    };
+    let mut world = levels_of(&scene, options)?;
+    let settings = world.render_settings([64, 36], RenderMode::Normal);
+    let mut nodes = Vec::new();
+    let mut eye = [0.0f32, 0.6, 0.0];
+    let mut different = 0;
+    for step in 0..steps {
+        for (axis, limit) in [(0, 1.8f32), (2, 1.8)] {
+            eye[axis] = (eye[axis] + random(-0.3, 0.3)).clamp(-limit, limit);
+        }
+        let near = [
+            eye[0] + random(-0.3, 0.3),
+            random(0.0, 0.3),
+            eye[2] + random(-0.3, 0.3),
+        ];
+        match step % 3 {
+            0 => {
+                let brush = Brush::new(Shape::sphere(random(0.02, 0.1)));
+                let brush = if random(0.0, 1.0) < 0.5 {
+                    brush.subtract()
+                } else {
+                    brush
+                };
+                nodes.push(scene.push(brush.smooth(random(0.0, 0.03)).at(near))?.node);
+            }
+            1 if nodes.len() > 8 => {
+                scene.apply(Edit::Remove {
+                    node: nodes.remove(0),
+                })?;
+            }
+            _ => {}
+        }
+        world.apply(&scene)?;
+        let camera = Camera {
+            eye: eye.into(),
+            target: [near[0], 0.0, near[2] + 0.2].into(),
+            field_of_view_degrees: 60.0,
+        };
+        world.render(&camera, &settings)?;
+        world.fill_pages(f64::INFINITY);
+        if step % 10 == 9 {
+            different += differing(&world);
+        }
+    }
+    assert_eq!(different + differing(&world), 0);
+    Ok(())
+}

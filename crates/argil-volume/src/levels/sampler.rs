@@ -9,9 +9,6 @@ use crate::{CellLocations, NeighborPlanes, Texel, VoxelSamples};
 use argil_field::LANES;
 use glam::{DVec3, IVec3, Vec3};
 
-/// Voxels along a page's side.
-const PAGE_VOXELS: f32 = (1 << PAGE_VOXELS_LOG2) as f32;
-
 /// The pages of points, and the positions in them.
 #[derive(Debug)]
 pub struct LevelLanes {
@@ -51,6 +48,8 @@ pub struct LevelSampler<'a, T> {
     /// The voxel of level 0 that contains the camera, and the position in it.
     eye_voxel: IVec3,
     eye_inner: Vec3,
+    /// The first and the last voxel of level 0 along each axis.
+    held: [[i32; 2]; 3],
     voxel: f32,
     per_voxel: f32,
     /// The distance in voxels that one code step means, and the band in voxels.
@@ -80,6 +79,14 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             count: levels.brick_count() as u32,
             eye_voxel: eye_voxel.as_ivec3(),
             eye_inner: (away - eye_voxel).as_vec3(),
+            held: [0, 1, 2].map(|axis: usize| {
+                let side = PAGE_VOXELS_LOG2 + levels.layout().root();
+                let (low, size, _) = levels.roots();
+                let end = i64::from(low[axis] + size[axis]) << side;
+                let first = i64::from(low[axis]) << side;
+                let limit = |v: i64| v.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+                [limit(first), limit(end - 1)]
+            }),
             voxel: grid.voxel_size,
             per_voxel: 1.0 / grid.voxel_size,
             quantum: band / layout.encoding.format.max_code() as f32,
@@ -135,17 +142,28 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     #[inline(always)]
     pub fn locate(&self, points: [&[f32]; 3], wanted: &[u32], out: &mut LevelLanes) {
         let n = wanted.len().min(LANES);
+        // Whole voxels tell which cells contain a point, without rounding, whatever page a search comes from.
+        let mut voxels = [[0i32; LANES]; 3];
+        for axis in 0..3 {
+            let (eye, [low, high]) = (self.eye_voxel[axis], self.held[axis]);
+            for (voxel, away) in voxels[axis].iter_mut().zip(&points[axis][..n]) {
+                let away = away.clamp(-1e9, 1e9).floor() as i32;
+                *voxel = eye.wrapping_add(away).max(low).min(high);
+            }
+        }
         for i in 0..n {
             let point = [points[0][i], points[1][i], points[2][i]];
-            let found = self.search(point, wanted[i], out.page[i]);
+            let voxel = [voxels[0][i], voxels[1][i], voxels[2][i]];
+            let found = self.search(voxel, wanted[i], out.page[i]);
             out.page[i] = found.cell / 8;
             out.gap[i] = found.gap;
             out.key[i] = found.key;
             let page = &self.pages[found.cell as usize / 8];
+            let place = self.place_in(page, point);
             for axis in 0..3 {
                 let cell = (found.cell >> axis & 1) as f32;
                 out.at.cell[axis][i] = cell;
-                out.at.inner[axis][i] = (found.place[axis] - 8.0 * cell).clamp(0.0, 8.0);
+                out.at.inner[axis][i] = (place[axis] - 8.0 * cell).clamp(0.0, 8.0);
             }
             out.at.index[i] = found.cell;
             out.at.word[i] = self.words[found.cell as usize];
@@ -155,75 +173,65 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
 
     /// Returns the finest cell at a point that has a resident brick or no surface.
     #[inline(always)]
-    fn search(&self, point: [f32; 3], wanted: u32, from: u32) -> Found {
+    fn search(&self, voxel: [i32; 3], wanted: u32, from: u32) -> Found {
         let mut slot = from;
-        let mut place;
+        let mut level;
         loop {
             let page = &self.pages[slot as usize];
-            place = self.place_in(page, point);
-            let is_inside = place.iter().all(|p| (0.0..PAGE_VOXELS).contains(p));
-            if is_inside && page.level >= wanted {
+            level = page.level;
+            let away = [0, 1, 2].map(|axis| voxel[axis].wrapping_sub(page.origin[axis]) as u32);
+            let side = 1 << (PAGE_VOXELS_LOG2 + level);
+            let is_inside = (away[0] < side) & (away[1] < side) & (away[2] < side);
+            if is_inside && level >= wanted {
                 break;
             }
             if page.parent == NO_PAGE {
                 if !is_inside {
-                    slot = self.root_of(page, place);
-                    place = self.place_in(&self.pages[slot as usize], point);
+                    slot = self.root_of(voxel);
                 }
                 break;
             }
             slot = page.parent / 8;
         }
         loop {
-            let level = self.pages[slot as usize].level;
-            let cell = 8 * slot + octant_in(place);
-            let word = self.words[cell as usize];
-            if !is_brick(word) {
-                return Found {
-                    cell,
-                    place,
-                    gap: 0.0,
-                    key: NO_REQUEST,
-                };
-            }
-            let child = self.children[cell as usize];
-            if level > wanted && is_page(child) {
-                slot = child;
-                place = self.place_in(&self.pages[slot as usize], point);
-                continue;
-            }
-            if word == MISSING_BRICK {
-                return self.fall_back(cell, (level, wanted), point);
-            }
-            if level > wanted && child == NO_PAGE {
-                let inner = place.map(|p| (p * (1.0 / 8.0)).fract());
-                let inner = octant_in(inner.map(|p| p * PAGE_VOXELS));
-                let (gap, key) = ((level - wanted) as f32, child_key(cell, inner));
-                return Found {
-                    cell,
-                    place,
-                    gap,
-                    key,
-                };
-            }
-            return Found {
+            let cell = 8 * slot + octant_of(voxel, level + PAGE_VOXELS_LOG2 - 1);
+            let found = Found {
                 cell,
-                place,
                 gap: 0.0,
                 key: NO_REQUEST,
             };
+            let word = self.words[cell as usize];
+            if !is_brick(word) {
+                return found;
+            }
+            let child = self.children[cell as usize];
+            if level > wanted && is_page(child) {
+                (slot, level) = (child, level - 1);
+                continue;
+            }
+            if word == MISSING_BRICK {
+                return self.fall_back(cell, (level, wanted));
+            }
+            if level > wanted && child == NO_PAGE {
+                let inner = octant_of(voxel, level + PAGE_VOXELS_LOG2 - 2);
+                return Found {
+                    gap: (level - wanted) as f32,
+                    key: child_key(cell, inner),
+                    ..found
+                };
+            }
+            return found;
         }
     }
 
     /// Returns the finest resident brick above a cell whose brick is missing.
     #[inline(never)]
-    fn fall_back(&self, missing: u32, (level, wanted): (u32, u32), point: [f32; 3]) -> Found {
+    fn fall_back(&self, missing: u32, (level, wanted): (u32, u32)) -> Found {
         let cell = self.levels.resident_above(missing);
         let page = &self.pages[cell as usize / 8];
         let gap = (page.level - wanted.min(level)) as f32;
         Found {
             cell,
-            place: self.place_in(page, point),
             gap: gap.max(1.0),
             key: 16 * u64::from(missing),
         }
@@ -232,24 +240,19 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     /// Returns the position of a point in a page, in voxels of its level.
     #[inline(always)]
     fn place_in(&self, page: &Page, point: [f32; 3]) -> [f32; 3] {
-        let scale = 1.0 / power(page.level);
+        let scale = f32::from_bits((127 - page.level) << 23);
         [0, 1, 2].map(|axis| {
             let origin = page.origin[axis].wrapping_sub(self.eye_voxel[axis]);
             (point[axis] - origin as f32) * scale
         })
     }
 
-    /// Returns the page of the coarsest level for a position relative to another one.
-    fn root_of(&self, page: &Page, place: [f32; 3]) -> u32 {
+    /// Returns the page of the coarsest level that contains a voxel of level 0.
+    fn root_of(&self, voxel: [i32; 3]) -> u32 {
         let (low, size, roots) = self.levels.roots();
-        let at = page.place() - low;
-        let at = [0, 1, 2].map(|axis: usize| {
-            let away = (place[axis] * (1.0 / PAGE_VOXELS)).floor();
-            // NaN becomes 0.
-            let away = away.clamp(-1e6, 1e6) as i32;
-            (at[axis] + away).clamp(0, size[axis] - 1)
-        });
-        roots[(at[0] + size.x * (at[1] + size.y * at[2])) as usize]
+        let at = (IVec3::from_array(voxel) >> (PAGE_VOXELS_LOG2 + self.root)) - low;
+        let at = at.clamp(IVec3::ZERO, size - 1);
+        roots[(at.x + size.x * (at.y + size.y * at.z)) as usize]
     }
 
     /// Returns any page, where a search can begin.
@@ -346,13 +349,11 @@ fn power(level: u32) -> f32 {
     f32::from_bits((127 + level) << 23)
 }
 
-/// Returns the cell of a position in a page.
+/// Returns the octant of a voxel, given the bit of its coordinates that tells the half.
 #[inline(always)]
-fn octant_in(place: [f32; 3]) -> u32 {
-    let half = 0.5 * PAGE_VOXELS;
-    u32::from(place[0] >= half)
-        | u32::from(place[1] >= half) << 1
-        | u32::from(place[2] >= half) << 2
+fn octant_of(voxel: [i32; 3], bit: u32) -> u32 {
+    let [x, y, z] = voxel.map(|c| (c >> bit) as u32 & 1);
+    x | y << 1 | z << 2
 }
 
 #[inline(always)]
@@ -366,8 +367,6 @@ pub const NO_REQUEST: u64 = u64::MAX;
 /// What a search found.
 struct Found {
     cell: u32,
-    /// The position in the cell's page, in voxels of its level.
-    place: [f32; 3],
     gap: f32,
     key: u64,
 }
