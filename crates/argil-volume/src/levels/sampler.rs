@@ -160,10 +160,10 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             out.key[i] = found.key;
             let page = &self.pages[found.cell as usize / 8];
             let place = self.place_in(page, point);
-            for axis in 0..3 {
+            for (axis, place) in place.into_iter().enumerate() {
                 let cell = (found.cell >> axis & 1) as f32;
                 out.at.cell[axis][i] = cell;
-                out.at.inner[axis][i] = (place[axis] - 8.0 * cell).clamp(0.0, 8.0);
+                out.at.inner[axis][i] = (place - 8.0 * cell).clamp(0.0, 8.0);
             }
             out.at.index[i] = found.cell;
             out.at.word[i] = self.words[found.cell as usize];
