@@ -41,10 +41,8 @@ pub struct AxisAngle {
 ///
 /// ```
 /// use argil_scene::{Brush, Keyframe, Scene, Shape};
-/// let mut brush = Brush::new(Shape::sphere(0.5));
-/// brush.keyframes = [(0.0, 0.0), (2.0, 3.0)]
-///     .map(|(time, x)| Keyframe { time, translate: Some([x, 0.0, 0.0]), ..Keyframe::default() })
-///     .to_vec();
+/// let at = |time, x| Keyframe { time, translate: Some([x, 0.0, 0.0]), ..Keyframe::default() };
+/// let brush = Brush::new(Shape::sphere(0.5)).with_keyframe(at(0.0, 0.0)).with_keyframe(at(2.0, 3.0));
 /// let mut scene = Scene::new();
 /// scene.push(brush)?;
 /// scene.set_time(1.0);
