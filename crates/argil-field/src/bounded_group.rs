@@ -36,17 +36,9 @@ pub(crate) fn skip_group<R: Real>(
     }
     let end = end_of_group(instructions, begin)?;
     if marks {
-        let joint = Joint {
-            k: 0.0,
-            inv_4k: 0.0,
-            sa: 1.0,
-            sb: 1.0,
-            sr: 1.0,
-            amount: 0.0,
-        };
         let saved = std::mem::replace(&mut r.acc, R::splat(FAR));
         for place in [begin, end] {
-            mark_group::<R>(r, place, &saved, &joint, abi::COMBINE_SMOOTH);
+            mark_group::<R>(r, place, &saved, &Joint::HARD_UNION, abi::COMBINE_SMOOTH);
         }
         r.acc = saved;
     }

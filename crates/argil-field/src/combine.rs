@@ -17,6 +17,18 @@ pub(crate) struct Joint {
     pub amount: f32,
 }
 
+impl Joint {
+    /// The smaller of two distances.
+    pub(crate) const HARD_UNION: Self = Self {
+        k: 0.0,
+        inv_4k: 0.0,
+        sa: 1.0,
+        sb: 1.0,
+        sr: 1.0,
+        amount: 0.0,
+    };
+}
+
 /// Returns `sr · smin(sa · a, sb · b)` with the quadratic kernel.
 #[inline(always)]
 pub(crate) fn combine_smooth<R: Real>(a: R, b: R, j: &Joint) -> R {

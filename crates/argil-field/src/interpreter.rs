@@ -133,14 +133,7 @@ fn brush<R: Real, const APART: bool>(
     let mut b = BrushParams::read(&program.params, at);
     let joint = b.joint;
     if APART {
-        b.joint = Joint {
-            k: 0.0,
-            inv_4k: 0.0,
-            sa: 1.0,
-            sb: 1.0,
-            sr: 1.0,
-            amount: 0.0,
-        };
+        b.joint = Joint::HARD_UNION;
         put_aside(r);
     }
     measure(program, r, instr.op, flags, &b, at + HEADER);

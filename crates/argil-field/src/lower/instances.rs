@@ -2,8 +2,9 @@
 //!
 //! *Practice.* The content is lowered once for each scale, after a map from the instance's frame. The other instances
 //! of that scale copy its instructions, which refer to the same parameters, and have a map of their own. So an
-//! instance costs its instructions of 16 bytes and a map. A [`Pruner`](crate::Pruner) drops those that are far away
-//! as a whole.
+//! instance costs its instructions of 16 bytes and a map. Neighbors form clusters. A sphere bounds each instance and
+//! each cluster, so that a batch of points, or a [`Pruner`](crate::Pruner), skips what is farther than the nearest
+//! solid.
 
 use super::error::{LowerError, MAX_INSTRUCTIONS};
 use super::frame::{Frame, joint};
@@ -180,8 +181,7 @@ impl Lowering<'_> {
 /// Instances in a cluster, which is skipped as a whole where it is far.
 const CLUSTER: usize = 16;
 
-/// Returns a position along a space-filling curve, in steps of a 2048th of the largest coordinate that a scene can
-/// have in practice.
+/// Returns a position along the Morton curve, in steps of 1/64 of a unit, within 16,384 units of the origin.
 fn along_curve(pose: &Pose) -> u64 {
     let place = pose
         .position
