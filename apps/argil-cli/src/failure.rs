@@ -32,7 +32,6 @@ fn lacks(error: &BuildError) -> bool {
         BuildError::Gpu(
             GpuError::TooManyToEnumerate { .. }
             | GpuError::TooLongToSpecialize
-            | GpuError::LevelsOnCpu
             | GpuError::Budget { .. }
             | GpuError::Bricks(_),
         ) => false,
@@ -46,7 +45,6 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     let of_gpu = |error: &GpuError| match error {
         GpuError::None
         | GpuError::NotCompiled
-        | GpuError::LevelsOnCpu
         | GpuError::TooLarge { .. }
         | GpuError::TooManyBricks { .. }
         | GpuError::TooDeep { .. }

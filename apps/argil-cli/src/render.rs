@@ -236,7 +236,7 @@ impl<'a> Reel<'a> {
             };
             world.prefetch(&ahead, self.settings)?;
         }
-        Ok(world.fill_pages(fill_ms).unwrap_or_default())
+        Ok(world.fill_pages(fill_ms)?)
     }
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {

@@ -85,4 +85,6 @@ constants! { BINDINGS:
     BIND_PIXELS = 39;
     /// Histograms of what an image's rays did.
     BIND_COUNTS = 40;
+    /// What rays used of levels of detail, and what they lacked.
+    BIND_FEEDBACK = 41;
 }

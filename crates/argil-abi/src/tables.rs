@@ -2,7 +2,9 @@
 
 use crate::declare::shared_struct;
 use crate::layout::StructLayout;
-use crate::volumes::{BrickBuildUniform, BrickUniform, CellTable, DenseUniform, OctreeUniform};
+use crate::volumes::{
+    BrickBuildUniform, BrickUniform, CellTable, DenseUniform, LevelsUniform, OctreeUniform,
+};
 
 shared_struct! {
     /// One step of a program.
@@ -251,6 +253,7 @@ pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
     (OctreeUniform::LAYOUT, OctreeUniform::FIELD_TYPES),
     (CellTable::LAYOUT, CellTable::FIELD_TYPES),
     (BrickUniform::LAYOUT, BrickUniform::FIELD_TYPES),
+    (LevelsUniform::LAYOUT, LevelsUniform::FIELD_TYPES),
     (BrickBuildUniform::LAYOUT, BrickBuildUniform::FIELD_TYPES),
     (FillUniform::LAYOUT, FillUniform::FIELD_TYPES),
     (PruneUniform::LAYOUT, PruneUniform::FIELD_TYPES),

@@ -67,4 +67,28 @@ numbers! { NUMBERS:
     FAR_ENTRY: u32 = 0x8000_0000;
     /// Slots that no block has: far outside and far inside, for each level of the table.
     FAR_SLOTS: u32 = 16;
+    /// No page of levels of detail: the parent of a page of the coarsest level, or the child of a cell that can have
+    /// one.
+    NO_PAGE: u32 = 0xffff_ffff;
+    /// A cell's child below this is a page.
+    UNKNOWN_CELL: u32 = 0xffff_fffd;
+    /// The word of a cell whose brick is missing.
+    MISSING_BRICK: u32 = 0x7fff_ffff;
+    /// Voxels along the side of a page of levels, as a power of two.
+    PAGE_VOXELS_LOG2: u32 = 4;
+    /// Words of a page's record: its corner, level and parent, three words of padding, the words of its cells, and
+    /// their children.
+    RECORD_WORDS: u32 = 24;
+    /// The first words of what rays used of levels: hits, and those that were too coarse.
+    FEEDBACK_HEAD: u32 = 2;
+    /// Words of what rays used of a page: its cells and those that are missing, and the missing pages of its cells.
+    FEEDBACK_WORDS: u32 = 3;
+    /// Voxels of light in levels, in those of rays.
+    LIGHT_VOXELS: f32 = 2.0;
+    /// How far above the surface of levels light is gathered, in voxels of rays.
+    LIFT_VOXELS: f32 = 1.5;
+    /// Voxels of cones in levels, in those of rays.
+    CONE_VOXELS: f32 = 2.0;
+    /// The part of a level over which its border with the next one is dithered.
+    LEVEL_DITHER: f32 = 0.3;
 }

@@ -20,7 +20,7 @@ use self::cells::GpuCellTable;
 use self::pool_accounting::PoolAccounting;
 use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
 use crate::bindings::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, STORED, VOLUME, VOLUME_WGSL,
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,
 };
 use crate::resources::{STAGING_BYTES, extent, read_table, read_texels};
 use crate::storage_buffer::StorageBuffer;
@@ -28,13 +28,14 @@ use crate::trace_mode::{BoundResource, TraceMode};
 use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{self as abi, BrickUniform};
+use argil_abi::{self as abi, BrickUniform, FrameUniform};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{
     BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, PendingEdits, SampleFormat,
     Texels, Volume, VolumeInfo, empty_word, is_brick, wgsl,
 };
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 const BRICKS_WGSL: &str = "
@@ -47,7 +48,7 @@ macro_rules! way {
             name: $name,
             march: argil_render::wgsl::BRICKS,
             tables: || {
-                let bindings = [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL].concat();
+                let bindings = [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, LIVE_WGSL].concat();
                 bindings + wgsl::BRICK_CELLS + wgsl::BRICK_MATERIALS
             },
             binds: &[
@@ -85,8 +86,8 @@ impl VolumeTables for BrickTables {
         bound.extend(self.materials.bound(BRICK_MATERIALS));
     }
 
-    fn uniform(&self) -> &[u8] {
-        bytemuck::bytes_of(&self.uniform)
+    fn uniform(&self, _: &FrameUniform) -> Cow<'_, [u8]> {
+        bytemuck::bytes_of(&self.uniform).into()
     }
 
     fn memory_bytes(&self, body: &VolumeStorage) -> u64 {
@@ -372,7 +373,7 @@ async fn read(
             gpu,
             texture,
             0,
-            measures.encoding.format,
+            gpu.texels(measures.encoding.format),
             [width as u32, height as u32],
             first * side as u32..(first + count) * side as u32,
         )

@@ -10,11 +10,12 @@ use crate::trace_mode::{TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{DenseUniform, FillUniform};
+use argil_abi::{DenseUniform, FillUniform, FrameUniform};
 use argil_field::Program;
 use argil_render::wgsl;
 use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
 use glam::UVec3;
+use std::borrow::Cow;
 
 /// Maximum instructions times samples per dispatch.
 pub(crate) const WORK_PER_DISPATCH: u64 = 4_000_000_000;
@@ -64,8 +65,8 @@ impl VolumeTables for DenseTables {
         })
     }
 
-    fn uniform(&self) -> &[u8] {
-        bytemuck::bytes_of(&self.words)
+    fn uniform(&self, _: &FrameUniform) -> Cow<'_, [u8]> {
+        bytemuck::bytes_of(&self.words).into()
     }
 
     fn cut(&self) -> Option<ClipUpdate<'_>> {

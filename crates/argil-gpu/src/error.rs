@@ -62,9 +62,6 @@ pub enum GpuError {
         /// The budget in bytes.
         budget: u64,
     },
-    /// Levels of detail have no GPU version yet.
-    #[error("levels of detail run on the CPU only so far")]
-    LevelsOnCpu,
     /// The representation cannot be meshed.
     #[error("this representation cannot be meshed: use the field, a dense volume or sparse bricks")]
     NotMeshable,

@@ -37,6 +37,24 @@ pub(crate) trait Drawing: Sync {
     );
 }
 
+/// What only some representations need of a frame.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FrameExtras<'a> {
+    /// Triangles that each sample begins with.
+    pub drawing: Option<&'a dyn Drawing>,
+    /// A table that rays mark. It is cleared before, and downloaded with the picture.
+    pub marks: Option<&'a StorageBuffer>,
+}
+
+/// A frame that was downloaded.
+pub(crate) struct DrawnFrame {
+    pub picture: RenderOutput,
+    /// The duration of its passes.
+    pub duration_ms: f64,
+    /// What rays marked.
+    pub marks: Vec<u8>,
+}
+
 /// The buffers of a frame's size.
 pub(crate) struct FrameBuffers {
     key: FrameKey,
@@ -57,6 +75,8 @@ pub(crate) struct FrameBuffers {
     staging: wgpu::Buffer,
     /// The hits on their way to the CPU, if requested.
     hits_staging: Option<wgpu::Buffer>,
+    /// What rays marked, on its way.
+    marks_staging: Option<wgpu::Buffer>,
     bound: Vec<BoundResource>,
     groups: Option<[wgpu::BindGroup; 2]>,
 }
@@ -120,6 +140,7 @@ impl FrameBuffers {
                 true => Some(buffer("hits on their way", hit_bytes, read)?),
                 false => None,
             },
+            marks_staging: None,
             bound: Vec::new(),
             groups: None,
             recording,
@@ -211,10 +232,11 @@ impl FrameBuffers {
         gpu: &Gpu,
         passes: FramePasses<'_>,
         bound: Vec<BoundResource>,
-        drawing: Option<&dyn Drawing>,
+        extras: FrameExtras<'_>,
         frames: &[FrameUniform],
-    ) -> Result<(RenderOutput, f64), GpuError> {
+    ) -> Result<DrawnFrame, GpuError> {
         self.bind(gpu, &passes, bound)?;
+        self.reserve_marks(gpu, extras.marks)?;
         for (dispatch, bytes) in self
             .recording
             .dispatches
@@ -235,7 +257,7 @@ impl FrameBuffers {
         }
         let start = Instant::now();
         gpu.queue.write_buffer(&self.frames, 0, &self.bytes);
-        gpu.with_error_scope(|| self.encode(gpu, &passes, drawing))?;
+        gpu.with_error_scope(|| self.encode(gpu, &passes, extras))?;
         let duration_ms = match &self.timing {
             Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
             None => {
@@ -244,10 +266,40 @@ impl FrameBuffers {
             }
         };
         let picture = self.bring(gpu).await?;
-        Ok((picture, duration_ms))
+        let mut marks = Vec::new();
+        if let (Some(_), Some(staging)) = (extras.marks, &self.marks_staging) {
+            gpu.take_staged(staging, |bytes| marks.extend_from_slice(bytes))
+                .await?;
+        }
+        Ok(DrawnFrame {
+            picture,
+            duration_ms,
+            marks,
+        })
     }
 
-    fn encode(&mut self, gpu: &Gpu, passes: &FramePasses<'_>, drawing: Option<&dyn Drawing>) {
+    /// Makes room to download what rays mark.
+    fn reserve_marks(&mut self, gpu: &Gpu, marks: Option<&StorageBuffer>) -> Result<(), GpuError> {
+        let Some(bytes) = marks.map(StorageBuffer::used) else {
+            return Ok(());
+        };
+        let fits = |staging: &wgpu::Buffer| staging.size() == bytes;
+        if !self.marks_staging.as_ref().is_some_and(fits) {
+            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+            let buffer = gpu.with_error_scope(|| {
+                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("marks on their way"),
+                    size: bytes,
+                    usage,
+                    mapped_at_creation: false,
+                })
+            })?;
+            self.marks_staging = Some(buffer);
+        }
+        Ok(())
+    }
+
+    fn encode(&mut self, gpu: &Gpu, passes: &FramePasses<'_>, extras: FrameExtras<'_>) {
         let (pipelines, resolve) = (&passes.pipelines, &passes.resolve);
         let Some([own, resolving]) = &self.groups else {
             return;
@@ -268,14 +320,14 @@ impl FrameBuffers {
         for step in &self.recording.steps {
             match *step {
                 FrameStep::Clear => {
-                    for table in [&self.colors, &self.counts] {
-                        if let Some(buffer) = table.buffer() {
+                    for table in [Some(&self.colors), Some(&self.counts), extras.marks] {
+                        if let Some(buffer) = table.and_then(StorageBuffer::buffer) {
                             encoder.clear_buffer(buffer, 0, None);
                         }
                     }
                 }
                 FrameStep::Draw(dispatch) => {
-                    if let Some(drawing) = drawing {
+                    if let Some(drawing) = extras.drawing {
                         let frames = (&self.frames, at(dispatch));
                         drawing.draw(gpu, &mut encoder, frames, self.timing.as_mut());
                     }
@@ -325,6 +377,10 @@ impl FrameBuffers {
             }
         }
         self.copy_to_staging(&mut encoder);
+        let marks = extras.marks.and_then(StorageBuffer::buffer);
+        if let (Some(marks), Some(staging)) = (marks, &self.marks_staging) {
+            encoder.copy_buffer_to_buffer(marks, 0, staging, 0, staging.size());
+        }
         gpu.queue.submit([encoder.finish()]);
     }
 

@@ -10,8 +10,9 @@ use crate::trace_mode::{BoundResource, TraceMode};
 use crate::volume::{Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
-use argil_abi::{self as abi, OctreeNode, OctreeUniform};
+use argil_abi::{self as abi, FrameUniform, OctreeNode, OctreeUniform};
 use argil_volume::{Octree, OctreeInfo, OctreeLayout, OctreeNodes, Volume, VolumeInfo};
+use std::borrow::Cow;
 
 /// The tables of an octree.
 #[derive(Debug)]
@@ -63,8 +64,8 @@ impl VolumeTables for OctreeTables {
         bound.extend(self.words.bound(TREE_WORDS));
     }
 
-    fn uniform(&self) -> &[u8] {
-        bytemuck::bytes_of(&self.uniform)
+    fn uniform(&self, _: &FrameUniform) -> Cow<'_, [u8]> {
+        bytemuck::bytes_of(&self.uniform).into()
     }
 
     fn memory_bytes(&self, body: &VolumeStorage) -> u64 {

@@ -33,6 +33,8 @@ pub struct GpuProgram {
     field_wgsl: String,
     /// Maximum evaluations per thread and dispatch.
     pub(crate) budget: u32,
+    /// Loop iterations of one evaluation.
+    iterations: u64,
     /// The passes that were requested, with the interpreter.
     passes: Cache,
     is_specialized: bool,
@@ -71,6 +73,7 @@ impl GpuProgram {
             opcodes,
             field_wgsl,
             budget: 0,
+            iterations: 1,
             passes: Cache::default(),
             is_specialized: specialized,
             is_live: false,
@@ -100,7 +103,6 @@ impl GpuProgram {
     pub fn update_from(&mut self, incremental: &IncrementalProgram) -> Result<(), GpuError> {
         let program = incremental.program();
         check_depth(program)?;
-        let budget = budget(&self.gpu, incremental.max_iterations())?;
         self.instructions.reserve(
             &self.gpu,
             (incremental.instruction_count() * size_of::<Instruction>()) as u64,
@@ -129,7 +131,7 @@ impl GpuProgram {
         }
         self.materials.write(&self.gpu, program.materials())?;
         self.length = incremental.instruction_count().max(1);
-        self.budget = budget;
+        self.set_iterations(incremental.max_iterations());
         self.is_live = true;
         *self.is_whole.get_mut() = false;
         Ok(())
@@ -157,8 +159,43 @@ impl GpuProgram {
         self.is_specialized
     }
 
-    /// Returns passes of a name, and creates them when first asked for.
+    /// Notes how long an evaluation is. On hardware, only the image's size limits how many a thread may do.
+    fn set_iterations(&mut self, iterations: u64) {
+        self.iterations = iterations.max(1);
+        self.budget = u32::MAX;
+        if self.gpu.info().kind == DeviceKind::Software {
+            let budget = SOFTWARE_ITERATIONS / (self.iterations + 1);
+            self.budget = (budget as u32).max(1);
+        }
+    }
+
+    /// Checks that the device can evaluate the field. Rays through levels of detail do not.
+    ///
+    /// # Errors
+    /// If this is a software device, and it would cut the program's loops short.
+    pub(crate) fn check_length(&self) -> Result<(), GpuError> {
+        if u64::from(self.budget) >= MIN_BUDGET {
+            return Ok(());
+        }
+        Err(GpuError::TooLong {
+            name: self.gpu.info().name.clone(),
+            iterations: self.iterations,
+            limit: SOFTWARE_ITERATIONS / MIN_BUDGET,
+        })
+    }
+
+    /// Returns passes of a name that evaluate the field, and creates them when first asked for.
     pub(crate) fn passes<T: Any + Send + Sync>(
+        &self,
+        name: &'static str,
+        make: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<Arc<T>, GpuError> {
+        self.check_length()?;
+        self.passes.get(name, make)
+    }
+
+    /// Returns passes of a name that do not evaluate the field, and creates them when first asked for.
+    pub(crate) fn plain_passes<T: Any + Send + Sync>(
         &self,
         name: &'static str,
         make: impl FnOnce() -> Result<T, GpuError>,
@@ -172,7 +209,7 @@ impl GpuProgram {
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.materials())?;
         self.length = instructions.len();
-        self.budget = budget(&self.gpu, program.max_iterations())?;
+        self.set_iterations(program.max_iterations());
         self.is_live = false;
         *self.is_whole.get_mut() = true;
         Ok(())
@@ -253,23 +290,6 @@ const SOFTWARE_ITERATIONS: u64 = 60_000;
 
 /// Evaluations that the longest pass does at once: six for a normal, or a material and five taps for light.
 const MIN_BUDGET: u64 = 7;
-
-/// Returns how many evaluations a thread may do per dispatch. On hardware, only the image's size limits them.
-fn budget(gpu: &Gpu, iterations: u64) -> Result<u32, GpuError> {
-    if gpu.info().kind != DeviceKind::Software {
-        return Ok(u32::MAX);
-    }
-    let iterations = iterations.max(1);
-    let budget = SOFTWARE_ITERATIONS / (iterations + 1);
-    if budget < MIN_BUDGET {
-        return Err(GpuError::TooLong {
-            name: gpu.info().name.clone(),
-            iterations,
-            limit: SOFTWARE_ITERATIONS / MIN_BUDGET,
-        });
-    }
-    Ok(budget as u32)
-}
 
 pub(crate) fn check_depth(program: &Program) -> Result<(), GpuError> {
     let (values, points) = program.stack_slots();

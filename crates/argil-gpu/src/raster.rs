@@ -1,7 +1,7 @@
 //! Triangles on the device, drawn with a depth buffer.
 
 use crate::bindings::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
-use crate::frame::Drawing;
+use crate::frame::{Drawing, FrameExtras};
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
@@ -147,11 +147,13 @@ impl GpuMesh {
             target: &target,
         };
         let passes = field.picture(&MESH)?;
-        let drawn = passes
-            .draw(field, bound, Some(&drawing), frames, with_hits)
-            .await;
+        let extras = FrameExtras {
+            drawing: Some(&drawing),
+            marks: None,
+        };
+        let drawn = passes.draw(field, bound, extras, frames, with_hits).await;
         *self.lock() = Some(target);
-        drawn
+        drawn.map(|drawn| (drawn.picture, drawn.duration_ms))
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<RasterTarget>> {

@@ -4,7 +4,7 @@ use crate::bindings::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
     pipelines,
 };
-use crate::frame::{Drawing, FrameBuffers, FramePasses};
+use crate::frame::{DrawnFrame, FrameBuffers, FrameExtras, FramePasses};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
 use crate::trace_mode::{BoundResource, TraceMode};
@@ -47,14 +47,22 @@ impl GpuProgram {
     /// Returns the passes of a trace mode, and compiles them when first asked for.
     pub(crate) fn picture(&self, way: &'static TraceMode) -> Result<Arc<RenderPasses>, GpuError> {
         let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way);
-        self.passes(way.name, make)
+        if way.has_cones {
+            self.plain_passes(way.name, make)
+        } else {
+            self.passes(way.name, make)
+        }
     }
 
-    /// Compiles the passes of images, instead of with the first image.
+    /// Compiles the passes of images, instead of with the first image. For a program that the device cannot evaluate,
+    /// does nothing: an image through the field returns the error.
     ///
     /// # Errors
     /// If the device does not accept them.
     pub fn prepare(&self) -> Result<(), GpuError> {
+        if self.check_length().is_err() {
+            return Ok(());
+        }
         self.picture(&FIELD).map(|_| ())
     }
 
@@ -70,7 +78,11 @@ impl GpuProgram {
         with_hits: bool,
     ) -> Result<(RenderOutput, f64), GpuError> {
         let passes = self.picture(&FIELD)?;
-        passes.draw(self, Vec::new(), None, frames, with_hits).await
+        let extras = FrameExtras::default();
+        let drawn = passes
+            .draw(self, Vec::new(), extras, frames, with_hits)
+            .await?;
+        Ok((drawn.picture, drawn.duration_ms))
     }
 }
 
@@ -127,20 +139,26 @@ impl RenderPasses {
         })
     }
 
-    /// Renders with a program's tables, the trace mode's own bindings, and the triangles that each sample begins
-    /// with, if any. Returns the image, and the duration of its passes.
+    /// Renders with a program's tables, the trace mode's own bindings, and what only some representations need.
     pub(crate) async fn draw(
         &self,
         field: &GpuProgram,
         bound: Vec<BoundResource>,
-        drawing: Option<&dyn Drawing>,
+        extras: FrameExtras<'_>,
         frames: &[FrameUniform],
         with_hits: bool,
-    ) -> Result<(RenderOutput, f64), GpuError> {
+    ) -> Result<DrawnFrame, GpuError> {
         let Some(first) = frames.first() else {
-            return Ok((RenderOutput::empty(), 0.0));
+            return Ok(DrawnFrame {
+                picture: RenderOutput::empty(),
+                duration_ms: 0.0,
+                marks: Vec::new(),
+            });
         };
         let gpu = field.gpu();
+        if first.normals == argil_abi::NORMALS_FIELD {
+            field.check_length()?;
+        }
         let key = FrameKey {
             size: [first.width, first.height],
             samples: frames.len(),
@@ -163,10 +181,10 @@ impl RenderPasses {
         let passes = FramePasses {
             layout: &self.layout,
             pipelines: &self.pipelines,
-            resolve: &*field.passes("resolve", || ResolvePass::new(gpu))?,
+            resolve: &*field.plain_passes("resolve", || ResolvePass::new(gpu))?,
         };
         let bound = field.bound().chain(bound).collect();
-        let drawn = target.run(gpu, passes, bound, drawing, frames).await?;
+        let drawn = target.run(gpu, passes, bound, extras, frames).await?;
         if u64::from(first.width) * u64::from(first.height) <= MAX_CACHED {
             let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
             *place = Some(target);

@@ -1,6 +1,7 @@
 //! Creates buffers and textures, and transfers their contents.
 
 use crate::storage_buffer::StorageBuffer;
+use crate::texel_format::TexelFormat;
 use crate::{Gpu, GpuError};
 use argil_volume::{SampleFormat, Texels, VoxelGrid};
 
@@ -125,11 +126,10 @@ pub(crate) async fn read_texels(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     mip_level: u32,
-    bits: SampleFormat,
+    texels: TexelFormat,
     [width, height]: [u32; 2],
     layers: std::ops::Range<u32>,
 ) -> Result<Vec<u8>, GpuError> {
-    let texels = gpu.texels(bits);
     let row = width as usize * texels.bytes();
     let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
     let staged = gpu.with_error_scope(|| {
@@ -168,7 +168,7 @@ pub(crate) async fn read_texels(
     })?;
     let read = gpu.read_back(&staged, staged.size()).await?;
     let samples = width as usize * height as usize * layers.len();
-    let mut bytes = Vec::with_capacity(samples * bits.bytes());
+    let mut bytes = Vec::with_capacity(samples * texels.bits().bytes());
     for line in read.chunks_exact(padded as usize) {
         texels.samples_into(&line[..row], &mut bytes);
     }
@@ -189,7 +189,8 @@ pub(crate) async fn read_level(
     let layers = (STAGING_BYTES / layer_bytes).clamp(1, u64::from(size.z)) as u32;
     for first in (0..size.z).step_by(layers as usize) {
         let range = first..(first + layers).min(size.z);
-        let part = read_texels(gpu, texture, level, bits, [size.x, size.y], range).await?;
+        let texels = gpu.texels(bits);
+        let part = read_texels(gpu, texture, level, texels, [size.x, size.y], range).await?;
         bytes.extend_from_slice(&part);
     }
     Texels::from_bytes(bits, bytes).ok_or_else(|| GpuError::Lost("half a texel".into()))

@@ -1,5 +1,6 @@
 //! A volume on the device: what all kinds share, and the trait that each implements in its own file.
 
+use crate::frame::FrameExtras;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
@@ -9,8 +10,9 @@ use crate::{Gpu, GpuError, GpuProgram};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
 use argil_render::RenderOutput;
-use argil_volume::{EditStats, Encoding, PendingEdits, Volume, VolumeInfo, VoxelGrid};
+use argil_volume::{EditStats, Encoding, Levels, PendingEdits, Volume, VolumeInfo, VoxelGrid};
 use std::any::Any;
+use std::borrow::Cow;
 use web_time::Duration;
 
 /// A kind of volume on the device, besides its texture.
@@ -70,8 +72,31 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         Box::pin(async { Ok(()) })
     }
 
-    /// Returns the uniform for shaders, as bytes.
-    fn uniform(&self) -> &[u8];
+    /// Returns the uniform for shaders, as bytes, for a frame's camera.
+    fn uniform(&self, frame: &FrameUniform) -> Cow<'_, [u8]>;
+
+    /// Returns a table that the rays of an image mark. It is cleared before.
+    fn marks(&self) -> Option<&StorageBuffer> {
+        None
+    }
+
+    /// Notes what the rays of an image marked.
+    fn note_marks(&self, _frame: &FrameUniform, _marks: &[u8]) {}
+
+    /// Returns the levels of detail whose copy this is.
+    fn levels(&self) -> Option<&Levels> {
+        None
+    }
+
+    /// Returns the same levels, to change them.
+    fn levels_mut(&mut self) -> Option<&mut Levels> {
+        None
+    }
+
+    /// Uploads what changed in the levels.
+    fn follow_levels(&mut self, _body: &mut VolumeStorage, _gpu: &Gpu) -> Result<(), GpuError> {
+        Ok(())
+    }
 
     /// Returns how to mesh it, if that is possible.
     fn cut(&self) -> Option<ClipUpdate<'_>> {
@@ -158,7 +183,7 @@ impl GpuVolume {
                 min_filter: wgpu::FilterMode::Linear,
                 ..wgpu::SamplerDescriptor::default()
             });
-            let bytes = kind.uniform().len() as u64;
+            let bytes = kind.uniform(&FrameUniform::default()).len() as u64;
             (view, sampler, uniform_for(gpu, "volume", bytes))
         })?;
         Ok(Self {
@@ -184,9 +209,13 @@ impl GpuVolume {
         frames: &[FrameUniform],
         with_hits: bool,
     ) -> Result<(RenderOutput, f64), GpuError> {
+        let Some(first) = frames.first() else {
+            return Ok((RenderOutput::empty(), 0.0));
+        };
         let uniform = &self.body.uniform;
         let gpu = field.gpu();
-        gpu.queue.write_buffer(uniform, 0, self.kind.uniform());
+        gpu.queue
+            .write_buffer(uniform, 0, &self.kind.uniform(first));
         let mut bound = vec![
             BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
             BoundResource::View(argil_abi::BIND_STORED, self.body.view.clone()),
@@ -194,7 +223,31 @@ impl GpuVolume {
         ];
         self.kind.bind(&mut bound);
         let passes = field.picture(self.kind.way())?;
-        passes.draw(field, bound, None, frames, with_hits).await
+        let extras = FrameExtras {
+            drawing: None,
+            marks: self.kind.marks(),
+        };
+        let drawn = passes.draw(field, bound, extras, frames, with_hits).await?;
+        self.kind.note_marks(first, &drawn.marks);
+        Ok((drawn.picture, drawn.duration_ms))
+    }
+
+    /// Returns the levels of detail, of which the device has a copy, or `None` for another kind.
+    pub fn levels(&self) -> Option<&Levels> {
+        self.kind.levels()
+    }
+
+    /// Returns the same levels, to change them. [`GpuVolume::follow_levels`] uploads what changed.
+    pub fn levels_mut(&mut self) -> Option<&mut Levels> {
+        self.kind.levels_mut()
+    }
+
+    /// Uploads what changed in the levels.
+    ///
+    /// # Errors
+    /// If they exceed the device's limits or memory.
+    pub fn follow_levels(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        self.kind.follow_levels(&mut self.body, gpu)
     }
 
     /// Returns the voxel grid.

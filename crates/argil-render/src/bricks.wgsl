@@ -105,13 +105,20 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
     return select(length, -length, d < 0.0);
 }
 
+fn cone_clearance(p: vec3<f32>, t: f32) -> vec2<f32> {
+    return vec2(brick_clearance(p), volume.voxel_size);
+}
+
+fn cone_box_min() -> vec3<f32> {
+    return volume.corner + volume.voxel_size * held_box().begin;
+}
+
+fn cone_box_max() -> vec3<f32> {
+    return volume.corner + volume.voxel_size * held_box().end;
+}
+
 // GPU version of step.rs: the distance at which a pixel's footprint ends a ray.
 fn footprint(t: f32) -> f32 {
     let max_stored = max(volume.band_width - BRICK_MARGIN_VOXELS * volume.voxel_size, 0.0);
     return min(0.5 * frame.pixel_width * t, max_stored);
-}
-
-fn way_out(d: f32, f: f32) -> f32 {
-    let way = not_zero(d);
-    return select(-f, 1.0 - f, way > 0.0) / way;
 }

@@ -4,6 +4,11 @@ fn light_distance(p: vec3<f32>) -> f32 {
     return field_distance(p);
 }
 
+// Returns how far above the surface the shadow of a hit at a length of its ray begins.
+fn light_lift(length: f32) -> f32 {
+    return frame.light_offset;
+}
+
 fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     field_surface(p);
     return field_material;

@@ -9,6 +9,8 @@
 //! change, a pixel's hash decides, so that the border is dithered over a part of a level. A tile notes the pages
 //! that it used, and those it lacked.
 
+mod both_formats;
+mod light;
 mod notes;
 mod rays;
 mod step;
@@ -19,7 +21,7 @@ use crate::bricks::voxel_intersect::NearLanes;
 use crate::bricks::{Cones, start};
 use crate::probe::FieldProbe;
 use crate::ray_batch::RayBatch;
-use crate::source::{RayTracer, RenderSource};
+use crate::source::{DistanceSource, RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use argil_abi::{FrameUniform, Hit};
@@ -36,6 +38,10 @@ impl RenderSource for Levels {
 }
 
 impl RayTracer for LevelRays<'_> {
+    fn needs_field(&self, _: u32) -> bool {
+        false
+    }
+
     fn trace(
         &self,
         frame: &FrameUniform,
@@ -45,6 +51,10 @@ impl RayTracer for LevelRays<'_> {
         out: &mut [Hit],
     ) {
         trace_levels(frame, tile, self, probe, scratch, out);
+    }
+
+    fn distance_source(&self) -> Option<&dyn DistanceSource> {
+        Some(self)
     }
 }
 
@@ -86,7 +96,7 @@ fn trace_levels(
     notes.asked.clear();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
-    let mut around = LevelCones::new(frame, rays, lanes, notes);
+    let mut around = LevelCones::new(rays, lanes, notes);
     cones.march(frame, tile, starts, &mut around, out);
     start(tile, starts, cones, wave);
     wave.page.fill(rays.any_page());

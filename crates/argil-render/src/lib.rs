@@ -60,9 +60,21 @@ pub mod wgsl {
         include_str!("field_normal.wgsl"),
         include_str!("brick_field_normals.wgsl"),
         include_str!("bricks.wgsl"),
+        include_str!("bricks/cubic.wgsl"),
         include_str!("bricks/voxel_intersect.wgsl"),
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light.wgsl"),
+        include_str!("bricks/cones.wgsl")
+    );
+    /// Marching through levels of detail.
+    pub const LEVELS: &str = concat!(
+        include_str!("field_normal.wgsl"),
+        include_str!("brick_field_normals.wgsl"),
+        include_str!("levels/locate.wgsl"),
+        include_str!("bricks/cubic.wgsl"),
+        include_str!("levels/intersect.wgsl"),
+        include_str!("levels/step.wgsl"),
+        include_str!("levels/light.wgsl"),
         include_str!("bricks/cones.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.

@@ -49,6 +49,14 @@ impl Sky<'_> {
         }
     }
 
+    /// Returns how far above the surface the shadow of a hit at a length of its ray begins.
+    fn lift(self, frame: &FrameUniform, length: f32) -> f32 {
+        match self.0 {
+            None => frame.light_offset,
+            Some(air) => air.lift(frame, length),
+        }
+    }
+
     /// Returns the distance beyond which results are clamped.
     fn far(self, probe: &FieldProbe<'_>) -> f32 {
         match self.0 {
@@ -61,7 +69,7 @@ impl Sky<'_> {
 /// Returns the box of all points whose distances an image uses, and the distance beyond which they do not matter.
 pub(crate) fn light_reach(frame: &FrameUniform) -> (Aabb, f32) {
     let bounds = bounds_of(frame);
-    let tap = tap_height(frame, OCCLUSION_TAPS - 1);
+    let tap = tap_height(frame.radius, OCCLUSION_TAPS - 1);
     let bias = frame.normal_bias;
     let around = bounds.grown(tap + 2.0 * bias);
     // A shadow may be cast from farther away where it is wider, and no ray is longer than the box.
@@ -156,6 +164,10 @@ impl Shading {
                 vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]),
             )
         };
+        let lifted = |i: u32| {
+            let (p, n) = surface(i);
+            (p + n * air.lift(frame, hits[i as usize].normal_t[3]), n)
+        };
 
         // Materials at the solid's surface. The ground has its own. The field gives what bricks do not have.
         let solid = |&i: &u32| hits[i as usize].kind != abi::HIT_GROUND;
@@ -184,12 +196,13 @@ impl Shading {
         }
 
         // The sky's share: how far the field rises along the normal. Ground far from the solid sees the whole sky.
-        let near = bounds_of(frame).grown(tap_height(frame, OCCLUSION_TAPS - 1));
+        let near = bounds_of(frame).grown(tap_height(frame.radius, OCCLUSION_TAPS - 1));
         let near_solid = |&i: &u32| solid(&i) || near.contains(surface(i).0);
         points.clear();
         for &i in self.lit.iter().filter(|i| near_solid(i)) {
             let (p, n) = surface(i);
-            (0..OCCLUSION_TAPS).for_each(|tap| points.push(p + n * tap_height(frame, tap)));
+            let reach = reach_at(frame, hits[i as usize].normal_t[3]);
+            (0..OCCLUSION_TAPS).for_each(|tap| points.push(p + n * tap_height(reach, tap)));
         }
         air.measure(probe, points);
         let far = air.far(probe);
@@ -198,11 +211,13 @@ impl Shading {
         for i in &self.lit {
             let own = if near_solid(i) { taps.next() } else { None };
             let (p, n) = surface(*i);
-            self.sky
-                .push(own.map_or(1.0, |taps| ambient_occlusion(frame, p, n, taps, far)));
+            let reach = reach_at(frame, hits[*i as usize].normal_t[3]);
+            self.sky.push(own.map_or(1.0, |taps| {
+                ambient_occlusion(frame, (p, n, reach), taps, far)
+            }));
         }
 
-        self.shadows(frame, probe, air, points, surface);
+        self.shadows(frame, probe, air, points, lifted);
     }
 
     /// Computes the sun's share, with rays that march together like primary ones.
@@ -212,7 +227,7 @@ impl Shading {
         probe: &mut FieldProbe<'_>,
         air: Sky<'_>,
         points: &mut Points,
-        surface: impl Fn(u32) -> (Vec3, Vec3),
+        origin: impl Fn(u32) -> (Vec3, Vec3),
     ) {
         let sun = sun_direction(frame);
         let bounds = bounds_of(frame);
@@ -222,8 +237,7 @@ impl Shading {
         self.sun.resize(self.lit.len(), 1.0);
         wave.clear();
         for (k, &i) in self.lit.iter().enumerate() {
-            let (p, n) = surface(i);
-            let origin = p + n * frame.light_offset;
+            let (origin, n) = origin(i);
             match (Ray {
                 origin,
                 direction: sun,
@@ -288,17 +302,28 @@ fn sun_direction(frame: &FrameUniform) -> Vec3 {
     vec3(x, y, z)
 }
 
-/// Returns the height of an occlusion tap above the surface.
-fn tap_height(frame: &FrameUniform, tap: usize) -> f32 {
+/// Returns the height of an occlusion tap above the surface, for a reach around it.
+fn tap_height(radius: f32, tap: usize) -> f32 {
     let step = (tap + 1) as f32 / OCCLUSION_TAPS as f32;
-    frame.radius * 0.16 * step * step
+    radius * 0.16 * step * step
+}
+
+/// Returns how far around a hit occlusion is gathered: what is a detail depends on the distance that it is seen from,
+/// and in a large world not on the world's size.
+fn reach_at(frame: &FrameUniform, length: f32) -> f32 {
+    frame.radius.min(length)
 }
 
 /// Returns how much of the sky a point sees, from the distances at its taps, clamped to `far`.
-fn ambient_occlusion(frame: &FrameUniform, p: Vec3, n: Vec3, taps: &[f32], far: f32) -> f32 {
+fn ambient_occlusion(
+    frame: &FrameUniform,
+    (p, n, reach): (Vec3, Vec3, f32),
+    taps: &[f32],
+    far: f32,
+) -> f32 {
     let (mut closed, mut weight) = (0.0, 1.0);
     for (tap, &d) in taps.iter().enumerate() {
-        let height = tap_height(frame, tap);
+        let height = tap_height(reach, tap);
         let d = if d < far { d } else { f32::INFINITY };
         let above_ground = p.y + n.y * height - frame.ground_y;
         let d = if frame.has_ground != 0 {

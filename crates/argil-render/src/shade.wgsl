@@ -4,17 +4,21 @@
 
 const PI: f32 = 3.1415927;
 
-fn tap_height(tap: u32) -> f32 {
+fn tap_height(radius: f32, tap: u32) -> f32 {
     let step = f32(tap + 1u) / f32(OCCLUSION_TAPS);
-    return frame.radius * 0.16 * step * step;
+    return radius * 0.16 * step * step;
+}
+
+fn reach_at(length: f32) -> f32 {
+    return min(frame.radius, length);
 }
 
 // Returns the fraction of the sky that a point sees.
-fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>) -> f32 {
+fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>, reach: f32) -> f32 {
     var closed = 0.0;
     var weight = 1.0;
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
-        let height = tap_height(tap);
+        let height = tap_height(reach, tap);
         var d = light_distance(p + n * height);
         if frame.has_ground != 0u {
             d = min(d, p.y + n.y * height - frame.ground_y);
@@ -37,7 +41,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
     let epsilon = frame.epsilon;
-    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * frame.light_offset, frame.sun);
+    let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * light_lift(hit.normal_t.w), frame.sun);
     let span = box_span(ray);
     var share = hit.sun_share;
     var t = hit.sun_t;
@@ -157,12 +161,12 @@ fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
     if is_solid {
         material = surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
     }
-    let reach = tap_height(OCCLUSION_TAPS - 1u);
+    let reach = tap_height(frame.radius, OCCLUSION_TAPS - 1u);
     let low = frame.box_min - reach;
     let high = frame.box_max + reach;
     var open = 1.0;
     if is_solid || (all(p >= low) && all(p <= high)) {
-        open = ambient_occlusion(p, n);
+        open = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
     }
     return tone_map(shade_surface(ray, hit, material, hit.sun_share, open));
 }

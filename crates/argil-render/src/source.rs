@@ -46,6 +46,11 @@ pub trait DistanceSource: Sync {
 
     /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);
+
+    /// Returns how far above the surface the shadow of a hit at a length of its ray begins.
+    fn lift(&self, frame: &FrameUniform, _length: f32) -> f32 {
+        frame.light_offset
+    }
 }
 
 macro_rules! volumes {

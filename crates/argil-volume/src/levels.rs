@@ -26,10 +26,12 @@
 //! brick that is too coarse stops that far before the surface, so it never passes through one.
 
 mod bake;
+mod copies;
 mod edit;
 mod evict;
 mod fill;
 mod layout;
+mod light;
 mod lists;
 mod page;
 mod pending;
@@ -43,5 +45,5 @@ pub use layout::LevelsLayout;
 pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page};
 pub use pending::LevelsPendingEdits;
 pub use requests::PageRequest;
-pub use sampler::{LevelLanes, LevelSampler, NO_REQUEST};
+pub use sampler::{LevelLanes, LevelSampler, NO_REQUEST, split_position};
 pub use tree::Levels;

@@ -28,6 +28,7 @@ pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFil
 pub use levels::{
     FLAT_CELL, FillStats, LevelLanes, LevelSampler, Levels, LevelsLayout, LevelsPendingEdits,
     NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageRequest, UNKNOWN_CELL, is_page,
+    split_position,
 };
 pub use mip_sampler::MipSampler;
 pub use octree::{

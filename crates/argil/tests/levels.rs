@@ -158,7 +158,7 @@ fn at_rest_it_is_as_if_everything_were_resident() -> Result<(), Box<dyn std::err
         if !is_missing {
             break;
         }
-        whole.fill_pages(f64::INFINITY);
+        whole.fill_pages(f64::INFINITY).expect("filled");
     }
     let count = |world: &World| world.levels().map(|levels| levels.brick_count());
     assert!(count(&whole) > count(&world));
@@ -300,7 +300,7 @@ fn a_full_budget_makes_all_equally_coarse() -> Result<(), Box<dyn std::error::Er
     };
     for _ in 0..80 {
         world.render(&away, &settings)?;
-        world.fill_pages(f64::INFINITY);
+        world.fill_pages(f64::INFINITY).expect("filled");
     }
     let levels = world.levels().expect("levels");
     assert_eq!(levels.effective_pixel_error(), 1.0);
@@ -379,7 +379,7 @@ fn a_random_walk_with_edits_equals_a_fresh_bake() -> Result<(), Box<dyn std::err
             field_of_view_degrees: 60.0,
         };
         world.render(&camera, &settings)?;
-        world.fill_pages(f64::INFINITY);
+        world.fill_pages(f64::INFINITY).expect("filled");
         if step % 10 == 9 {
             different += differing(&world);
         }

@@ -1,5 +1,6 @@
 // GPU version of cones.rs, one block of pixels per thread: where its rays begin, and the number of steps. Blocks
-// that can hit something are listed for marching; the others have missed.
+// that can hit something are listed for marching; the others have missed. The volume provides its box, and around a
+// point a lower bound of the distance with the voxel that it comes from.
 
 const INFINITE: f32 = 3.0e38;
 
@@ -37,24 +38,23 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let eye = frame.eye;
     let starts_outside = any(eye < frame.box_min) || any(eye > frame.box_max);
     let slope = CONE_RADIUS * frame.pixel_width;
-    let voxel = volume.voxel_size;
-    let begin_voxel = vec3(volume.begin_x, volume.begin_y, volume.begin_z);
-    let box_min = volume.corner + voxel * vec3<f32>(begin_voxel);
-    let box_max = volume.corner + voxel * vec3<f32>(begin_voxel + vec3<i32>(vec3(volume.size_x, volume.size_y, volume.size_z)));
+    let held_min = cone_box_min();
+    let held_max = cone_box_max();
     var steps = 0u;
     while meets && steps < CONE_STEPS {
         steps++;
         let at = eye + direction * begin;
-        let held = clamp(at, box_min, box_max);
+        let held = clamp(at, held_min, held_max);
         let beside = distance(at, held);
-        let d = brick_clearance(held);
+        let clearance = cone_clearance(held, begin);
+        let d = clearance.x;
         var free = max(abs(d) * frame.inv_lipschitz - beside, beside);
         if d < 0.0 && starts_outside {
             free = 0.0;
         }
         let next = (begin + free) / (1.0 + slope);
         let gain = next - begin;
-        let is_enough = gain > max(0.5 * voxel, 0.1 * slope * begin);
+        let is_enough = gain > max(0.5 * clearance.y, 0.1 * slope * begin);
         begin = max(begin, next);
         if begin > end {
             begin = INFINITE;

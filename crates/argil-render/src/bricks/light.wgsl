@@ -31,6 +31,10 @@ fn light_distance(p: vec3<f32>) -> f32 {
     return select(total, stored_d, in_brick) + beside;
 }
 
+fn light_lift(length: f32) -> f32 {
+    return frame.light_offset;
+}
+
 // Returns the position of a material's sample in voxels.
 fn material_place(nth: vec3<u32>) -> vec3<u32> {
     let steps = MATERIAL_SIDE - 1u;

@@ -1,10 +1,5 @@
 // GPU version of voxel_intersect.rs: intersects a ray with the surface in its voxel, and computes the normal there.
 
-struct Intersection {
-    is_hit: bool,
-    t: f32,
-}
-
 // Finds the first root of the cubic along the ray in its voxel, where `gap` is the distance to the surface. Four
 // values determine the cubic, because filtering interpolates the same cubic.
 fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inner: vec3<f32>) -> Intersection {
@@ -16,50 +11,10 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inn
     let f1 = brick_distance(origin, inner + third) * side;
     let f2 = brick_distance(origin, inner + 2.0 * third) * side;
     let f3 = brick_distance(origin, inner + 3.0 * third) * side;
+    let root = first_root(gap, f1, f2, f3);
+    var share = root.share;
     let c0 = gap;
-    let c1 = 0.5 * (18.0 * f1 - 11.0 * gap - 9.0 * f2 + 2.0 * f3);
-    let c2 = 4.5 * (2.0 * gap - 5.0 * f1 + 4.0 * f2 - f3);
-    let c3 = 4.5 * (3.0 * f1 - gap - 3.0 * f2 + f3);
-
-    // The cubic has at most two extrema: the first interval that ends below 0 contains the first root.
-    let a = 3.0 * c3;
-    let root = sqrt(max(c2 * c2 - a * c1, 0.0));
-    let q = -(c2 + select(root, -root, c2 < 0.0));
-    let s1 = clamp(q / select(a, 1e-30, a == 0.0), 0.0, 1.0);
-    let s2 = clamp(c1 / select(q, 1e-30, q == 0.0), 0.0, 1.0);
-    let first = min(s1, s2);
-    let second = max(s1, s2);
-    let in_first = cubic(c3, c2, c1, c0, first) < 0.0;
-    let in_second = cubic(c3, c2, c1, c0, second) < 0.0;
-    let at_end = cubic(c3, c2, c1, c0, 1.0) < 0.0;
-    var begin = second;
-    var end = 1.0;
-    if in_first {
-        begin = 0.0;
-        end = first;
-    } else if in_second {
-        begin = first;
-        end = second;
-    }
-    var f_begin = cubic(c3, c2, c1, c0, begin);
-    var f_end = cubic(c3, c2, c1, c0, end);
-    // Regula falsi, Illinois variant: the value at the end that stays is halved.
-    var share = end;
-    for (var i = 0u; i < 4u; i++) {
-        let span = f_begin - f_end;
-        share = begin + (end - begin) * (f_begin / select(span, 1.0, span == 0.0));
-        let f = cubic(c3, c2, c1, c0, share);
-        if f < 0.0 {
-            f_begin *= 0.5;
-            end = share;
-            f_end = f;
-        } else {
-            f_end *= 0.5;
-            begin = share;
-            f_begin = f;
-        }
-    }
-    let is_crossed = in_first || in_second || at_end;
+    let is_crossed = root.is_crossed;
     let starts_below = c0 <= 0.0;
     let is_close = c0 < max(frame.epsilon, footprint(t));
     if starts_below || !is_crossed {
@@ -70,10 +25,6 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inn
         return Intersection(false, t + leave + NUDGE_VOXELS * volume.voxel_size + NUDGE_RELATIVE * t + nudge_for(u));
     }
     return Intersection(true, t + share * leave);
-}
-
-fn cubic(c3: f32, c2: f32, c1: f32, c0: f32, s: f32) -> f32 {
-    return ((c3 * s + c2) * s + c1) * s + c0;
 }
 
 // Interpolates at a position that may be beyond a brick's end along an axis. Returns the distance from `inner` as

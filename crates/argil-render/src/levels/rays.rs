@@ -13,33 +13,47 @@ use glam::Vec3;
 use std::ops::Range;
 
 /// Voxels of cones, in those of rays.
-const CONE_VOXELS: f32 = 2.0;
+const CONE_VOXELS: f32 = argil_abi::CONE_VOXELS;
 
-/// Levels, ready to be marched.
-pub(super) enum LevelRays<'a> {
+/// Levels of either sample format.
+pub(super) enum FormatSampler<'a> {
     Eight(LevelSampler<'a, i8>),
     Sixteen(LevelSampler<'a, i16>),
 }
 
+/// Levels, ready to be marched.
+pub(super) struct LevelRays<'a> {
+    pub(super) sampler: FormatSampler<'a>,
+    pub(super) eye: [f32; 3],
+    /// The edge of a voxel that a ray accepts, at length 1.
+    pub(super) size: f32,
+}
+
 macro_rules! either {
     ($rays:expr, $sampler:ident => $then:expr) => {
-        match $rays {
-            LevelRays::Eight($sampler) => $then,
-            LevelRays::Sixteen($sampler) => $then,
+        match &$rays.sampler {
+            FormatSampler::Eight($sampler) => $then,
+            FormatSampler::Sixteen($sampler) => $then,
         }
     };
 }
+pub(super) use either;
 
 impl<'a> LevelRays<'a> {
     pub(super) fn new(levels: &'a Levels, frame: &FrameUniform) -> Option<Self> {
-        let eye = Vec3::from_slice(&frame.eye[..3]);
-        match levels.layout().level(0).encoding.format {
-            SampleFormat::Snorm8 => LevelSampler::new(levels, eye).map(Self::Eight),
-            SampleFormat::Snorm16 => LevelSampler::new(levels, eye).map(Self::Sixteen),
-        }
+        let eye = Vec3::from(frame.eye);
+        let sampler = match levels.layout().level(0).encoding.format {
+            SampleFormat::Snorm8 => LevelSampler::new(levels, eye).map(FormatSampler::Eight),
+            SampleFormat::Snorm16 => LevelSampler::new(levels, eye).map(FormatSampler::Sixteen),
+        };
+        Some(Self {
+            sampler: sampler?,
+            eye: frame.eye,
+            size: levels.effective_pixel_error() * frame.pixel_width,
+        })
     }
 
-    fn levels(&self) -> &'a Levels {
+    pub(super) fn levels(&self) -> &'a Levels {
         either!(self, sampler => sampler.levels())
     }
 
@@ -74,10 +88,10 @@ impl<'a> LevelRays<'a> {
         notes: (&mut LevelLanes, &mut PageNotes),
         found: &mut StepOutcome,
     ) {
-        let size = self.levels().effective_pixel_error() * frame.pixel_width;
-        match self {
-            Self::Eight(s) => step_i8(s, frame, (size, steps), wave, range, notes, found),
-            Self::Sixteen(s) => step_i16(s, frame, (size, steps), wave, range, notes, found),
+        let sizes = (self.size, steps);
+        match &self.sampler {
+            FormatSampler::Eight(s) => step_i8(s, frame, sizes, wave, range, notes, found),
+            FormatSampler::Sixteen(s) => step_i16(s, frame, sizes, wave, range, notes, found),
         }
     }
 
@@ -89,10 +103,10 @@ impl<'a> LevelRays<'a> {
         lanes: &mut NearLanes,
         notes: (&mut LevelLanes, &mut PageNotes),
     ) {
-        let size = self.levels().effective_pixel_error() * frame.pixel_width;
-        match self {
-            Self::Eight(s) => solve_i8(s, frame, (size, pixels), lanes, notes),
-            Self::Sixteen(s) => solve_i16(s, frame, (size, pixels), lanes, notes),
+        let sizes = (self.size, pixels);
+        match &self.sampler {
+            FormatSampler::Eight(s) => solve_i8(s, frame, sizes, lanes, notes),
+            FormatSampler::Sixteen(s) => solve_i16(s, frame, sizes, lanes, notes),
         }
     }
 }
@@ -100,28 +114,18 @@ impl<'a> LevelRays<'a> {
 /// Where the cones of a tile read distances.
 pub(super) struct LevelCones<'a, 'b> {
     rays: &'a LevelRays<'b>,
-    eye: [f32; 3],
-    /// The edge of a voxel, at length 1.
-    size: f32,
     lanes: &'a mut LevelLanes,
     notes: &'a mut PageNotes,
 }
 
 impl<'a, 'b> LevelCones<'a, 'b> {
     pub(super) fn new(
-        frame: &FrameUniform,
         rays: &'a LevelRays<'b>,
         lanes: &'a mut LevelLanes,
         notes: &'a mut PageNotes,
     ) -> Self {
         lanes.page.fill(rays.any_page());
-        Self {
-            rays,
-            eye: [frame.eye[0], frame.eye[1], frame.eye[2]],
-            size: CONE_VOXELS * rays.levels().effective_pixel_error() * frame.pixel_width,
-            lanes,
-            notes,
-        }
+        Self { rays, lanes, notes }
     }
 }
 
@@ -131,17 +135,12 @@ impl ConeDistances for LevelCones<'_, '_> {
     }
 
     fn clearances(&mut self, points: [&[f32]; 3], t: &[f32], out: &mut [f32], voxel: &mut [f32]) {
-        let Self {
-            rays,
-            eye,
-            size,
-            lanes,
-            notes,
-        } = self;
+        let Self { rays, lanes, notes } = self;
         let own = (&mut **lanes, &mut **notes);
-        match rays {
-            LevelRays::Eight(s) => clearances_i8(s, (*eye, *size), points, t, own, out),
-            LevelRays::Sixteen(s) => clearances_i16(s, (*eye, *size), points, t, own, out),
+        let place = (rays.eye, CONE_VOXELS * rays.size);
+        match &rays.sampler {
+            FormatSampler::Eight(s) => clearances_i8(s, place, points, t, own, out),
+            FormatSampler::Sixteen(s) => clearances_i16(s, place, points, t, own, out),
         }
         voxel.copy_from_slice(&self.lanes.voxel[..t.len()]);
     }

@@ -5,6 +5,7 @@
     reason = "a lane has its place in many arrays"
 )]
 
+use super::both_formats::of_both_formats;
 use super::notes::PageNotes;
 use crate::bricks::step::{
     NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RayMotion, RayReading, StepOutcome, begin, high,
@@ -15,11 +16,10 @@ use crate::ray_batch::{RETIRED, RayBatch};
 use argil_abi::{self as abi, FrameUniform};
 use argil_field::LANES;
 use argil_volume::{LevelLanes, LevelSampler, NeighborPlanes, Texel, VoxelSamples, is_brick};
-use multiversion::multiversion;
 use std::ops::Range;
 
 /// The part of a level over which its border with the next one is dithered.
-const DITHER: f32 = 0.3;
+const DITHER: f32 = argil_abi::LEVEL_DITHER;
 
 /// Returns a factor around 1 that differs from pixel to pixel.
 #[inline(always)]
@@ -254,23 +254,6 @@ fn clearances<T: Texel>(
             sampler.empty_cell_distance(lanes, i)
         };
     }
-}
-
-/// Generates a function for each sample type, because `multiversion` does not accept generic functions.
-macro_rules! of_both_formats {
-    ($($name:ident: $eight:ident, $sixteen:ident($($argument:ident: $type:ty),* $(,)?);)*) => {$(
-        of_both_formats!(@one $name, $eight, i8, ($($argument: $type),*));
-        of_both_formats!(@one $name, $sixteen, i16, ($($argument: $type),*));
-    )*};
-    (@one $name:ident, $own:ident, $texel:ty, ($($argument:ident: $type:ty),*)) => {
-        #[multiversion(targets(
-            "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl",
-            "x86_64+avx2"
-        ))]
-        pub(super) fn $own(sampler: &LevelSampler<'_, $texel>, $($argument: $type),*) {
-            $name(sampler, $($argument),*);
-        }
-    };
 }
 
 of_both_formats! {

@@ -9,7 +9,7 @@ const BLOCK_EMPTY: u32 = argil_abi::WORD_BLOCK_EMPTY;
 
 /// The word of a cell through which a surface can pass, and whose brick is not resident. Only levels of detail have
 /// such cells.
-pub const MISSING_BRICK: u32 = EMPTY - 1;
+pub const MISSING_BRICK: u32 = argil_abi::MISSING_BRICK;
 
 /// The contents of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,7 +37,7 @@ fn tidy(all: &mut Vec<u32>) {
 }
 
 impl ChangeLog {
-    pub(super) fn brick(&mut self, brick: u32) {
+    pub(crate) fn brick(&mut self, brick: u32) {
         note(&mut self.0.bricks, brick);
     }
 
@@ -50,7 +50,7 @@ impl ChangeLog {
     }
 
     /// Takes the changes for a number of bricks.
-    pub(super) fn take(&mut self, bricks: u32) -> BrickChanges {
+    pub(crate) fn take(&mut self, bricks: u32) -> BrickChanges {
         let mut taken = std::mem::take(&mut self.0);
         tidy(&mut taken.bricks);
         tidy(&mut taken.slots);

@@ -5,7 +5,7 @@
 //! are interpolated.
 
 use super::Bricks;
-use super::store::PLACES;
+use super::store::{BrickStore, PLACES};
 use crate::SampleFormat;
 use argil_abi::{BRICK_MIXED, GpuMaterial, MATERIAL_SIDE};
 use glam::{UVec3, Vec3};
@@ -43,6 +43,72 @@ fn unpacked([a, b]: [u32; 2]) -> GpuMaterial {
     }
 }
 
+impl BrickStore {
+    /// Returns the material at a position in a brick, in voxels: see [`Bricks::material`]. `range` is the band in
+    /// voxels, and `side` the brick's side.
+    pub(crate) fn material_at(
+        &self,
+        brick: u32,
+        inner: Vec3,
+        range: f32,
+        side: u32,
+        outward: Vec3,
+        palette: &[GpuMaterial],
+    ) -> Option<GpuMaterial> {
+        let material = *self.materials.get(brick as usize)?;
+        if material & BRICK_MIXED == 0 {
+            return palette.get(material as usize).or(palette.first()).copied();
+        }
+        let steps = (MATERIAL_SIDE - 1) as f32;
+        let place = (inner * (steps / side as f32)).clamp(Vec3::ZERO, Vec3::splat(steps));
+        let begin = place.floor().min(Vec3::splat(steps - 1.0));
+        let share = place - begin;
+        let begin = begin.as_uvec3();
+        let block = (material & !BRICK_MIXED) as usize * PLACES;
+        let (mut total, mut sum) = (GpuMaterial::default(), 0.0);
+        for corner in 0..8u32 {
+            let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+            let at = begin + far;
+            let index = at.x + MATERIAL_SIDE * (at.y + MATERIAL_SIDE * at.z);
+            let own = unpacked(*self.mixed.get(block + index as usize)?);
+            let of = |axis: usize| {
+                if far[axis] != 0 {
+                    share[axis]
+                } else {
+                    1.0 - share[axis]
+                }
+            };
+            let sample = UVec3::from_array(at.to_array().map(|nth| sample_of(nth, side)));
+            let d = self.stored(brick, sample, side) * range;
+            let from_plane = (sample.as_vec3() - inner).dot(outward);
+            let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
+            let weight = of(0) * of(1) * of(2) * (MIN_WEIGHT + beside * beside);
+            sum += weight;
+            for k in 0..4 {
+                total.base_roughness[k] += weight * own.base_roughness[k];
+                total.emission_metallic[k] += weight * own.emission_metallic[k];
+            }
+        }
+        for k in 0..4 {
+            total.base_roughness[k] /= sum;
+            total.emission_metallic[k] /= sum;
+        }
+        Some(total)
+    }
+
+    /// Returns the stored value at a sample of a brick, where 1 is the whole band.
+    fn stored(&self, brick: u32, sample: UVec3, side: u32) -> f32 {
+        let side = side as usize + 1;
+        let [x, y, z] = sample.to_array().map(|c| c as usize);
+        let at = brick as usize * side.pow(3) + x + side * (y + side * z);
+        let integer = match self.pool.bits() {
+            SampleFormat::Snorm8 => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
+            SampleFormat::Snorm16 => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
+        };
+        integer / self.pool.bits().max_code() as f32
+    }
+}
+
 impl Bricks {
     /// Returns the material at a point of a surface in a brick, given the program's materials. Returns `None` if
     /// there is no brick.
@@ -68,71 +134,16 @@ impl Bricks {
         if !super::is_brick(word) {
             return None;
         }
-        let material = *self.store.materials.get(word as usize)?;
-        if material & BRICK_MIXED == 0 {
-            return palette.get(material as usize).or(palette.first()).copied();
-        }
-        let steps = (MATERIAL_SIDE - 1) as f32;
-        let place =
-            ((u - cell.as_vec3() * side) * (steps / side)).clamp(Vec3::ZERO, Vec3::splat(steps));
-        let begin = place.floor().min(Vec3::splat(steps - 1.0));
-        let share = place - begin;
-        let begin = begin.as_uvec3();
-        let block = (material & !BRICK_MIXED) as usize * PLACES;
         let range = self.layout.encoding.band_width(voxel_grid, 0) / voxel_grid.voxel_size;
         let inner = u - cell.as_vec3() * side;
-        let (mut total, mut sum) = (GpuMaterial::default(), 0.0);
-        for corner in 0..8u32 {
-            let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-            let at = begin + far;
-            let index = at.x + MATERIAL_SIDE * (at.y + MATERIAL_SIDE * at.z);
-            let own = unpacked(*self.store.mixed.get(block + index as usize)?);
-            let of = |axis: usize| {
-                if far[axis] != 0 {
-                    share[axis]
-                } else {
-                    1.0 - share[axis]
-                }
-            };
-            let sample = UVec3::from_array(
-                at.to_array()
-                    .map(|nth| sample_of(nth, self.layout.brick_size_voxels)),
-            );
-            let d = self.stored(word, sample) * range;
-            let from_plane = (sample.as_vec3() - inner).dot(outward);
-            let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
-            let weight = of(0) * of(1) * of(2) * (MIN_WEIGHT + beside * beside);
-            sum += weight;
-            for k in 0..4 {
-                total.base_roughness[k] += weight * own.base_roughness[k];
-                total.emission_metallic[k] += weight * own.emission_metallic[k];
-            }
-        }
-        for k in 0..4 {
-            total.base_roughness[k] /= sum;
-            total.emission_metallic[k] /= sum;
-        }
-        Some(total)
-    }
-
-    /// Returns the stored value at a sample of a brick, where 1 is the whole band.
-    fn stored(&self, brick: u32, sample: UVec3) -> f32 {
-        let side = self.layout.brick_size_voxels as usize + 1;
-        let [x, y, z] = sample.to_array().map(|c| c as usize);
-        let at = brick as usize * side.pow(3) + x + side * (y + side * z);
-        let integer = match self.store.pool.bits() {
-            SampleFormat::Snorm8 => self
-                .store
-                .pool
-                .of::<i8>()
-                .map_or(0.0, |all| f32::from(all[at])),
-            SampleFormat::Snorm16 => self
-                .store
-                .pool
-                .of::<i16>()
-                .map_or(0.0, |all| f32::from(all[at])),
-        };
-        integer / self.store.pool.bits().max_code() as f32
+        self.store.material_at(
+            word,
+            inner,
+            range,
+            self.layout.brick_size_voxels,
+            outward,
+            palette,
+        )
     }
 
     /// Returns each brick's material: an index in the program's table, or with the top bit set, the index of a

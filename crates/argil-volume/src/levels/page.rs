@@ -3,13 +3,13 @@
 use glam::IVec3;
 
 /// No page: the parent of a page of the coarsest level, or the child of a cell that can have one.
-pub const NO_PAGE: u32 = u32::MAX;
+pub const NO_PAGE: u32 = argil_abi::NO_PAGE;
 /// In place of a child: finer samples would add no detail, because the cell's distances are those of a plane.
 pub const FLAT_CELL: u32 = u32::MAX - 1;
 /// In place of a child: it is not known yet whether finer samples would add detail.
-pub const UNKNOWN_CELL: u32 = u32::MAX - 2;
+pub const UNKNOWN_CELL: u32 = argil_abi::UNKNOWN_CELL;
 /// Voxels along a page's side, as a power of two: 2 cells of 8 voxels.
-pub const PAGE_VOXELS_LOG2: u32 = 4;
+pub const PAGE_VOXELS_LOG2: u32 = argil_abi::PAGE_VOXELS_LOG2;
 
 /// A page: 2³ cells of a level, which together are one cell of the next coarser level.
 #[derive(Clone, Copy, Debug, PartialEq)]

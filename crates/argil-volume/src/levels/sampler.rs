@@ -5,7 +5,7 @@ use super::requests::PageRequest;
 use super::tree::Levels;
 use crate::MISSING_BRICK;
 use crate::bricks::{center_of, is_brick, load_planes, load_voxels};
-use crate::{CellLocations, NeighborPlanes, Texel, VoxelSamples};
+use crate::{CellLocations, NeighborPlanes, Texel, VoxelGrid, VoxelSamples};
 use argil_field::LANES;
 use glam::{DVec3, IVec3, Vec3};
 
@@ -36,12 +36,30 @@ impl Default for LevelLanes {
     }
 }
 
+impl LevelLanes {
+    /// Creates lanes whose search begins at a page.
+    pub fn at(page: u32) -> Self {
+        Self {
+            page: [page; LANES],
+            ..Self::default()
+        }
+    }
+}
+
+/// Returns the voxel that contains a point, and the position in it, in voxels.
+pub fn split_position(grid: &VoxelGrid, point: Vec3) -> (IVec3, Vec3) {
+    let away = (point.as_dvec3() - grid.corner.as_dvec3()) / f64::from(grid.voxel_size);
+    let limit = DVec3::splat(f64::from(1 << 30));
+    let voxel = away.clamp(-limit, limit).floor();
+    (voxel.as_ivec3(), (away - voxel).as_vec3())
+}
+
 /// Levels, ready to be sampled by rays from one point.
 #[derive(Debug)]
 pub struct LevelSampler<'a, T> {
-    levels: &'a Levels,
-    pages: &'a [Page],
-    words: &'a [u32],
+    pub(super) levels: &'a Levels,
+    pub(super) pages: &'a [Page],
+    pub(super) words: &'a [u32],
     children: &'a [u32],
     pool: &'a [T],
     count: u32,
@@ -67,9 +85,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         let grid = &layout.voxel_grid;
         let pool = levels.pool().of::<T>()?;
         let band = layout.encoding.band_width(grid, 0) / grid.voxel_size;
-        let away = (eye.as_dvec3() - grid.corner.as_dvec3()) / f64::from(grid.voxel_size);
-        let limit = DVec3::splat(f64::from(1 << 30));
-        let eye_voxel = away.clamp(-limit, limit).floor();
+        let (eye_voxel, eye_inner) = split_position(grid, eye);
         Some(Self {
             levels,
             pages: levels.pages(),
@@ -77,15 +93,11 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             children: levels.children(),
             pool,
             count: levels.brick_count() as u32,
-            eye_voxel: eye_voxel.as_ivec3(),
-            eye_inner: (away - eye_voxel).as_vec3(),
+            eye_voxel,
+            eye_inner,
             held: [0, 1, 2].map(|axis: usize| {
-                let side = PAGE_VOXELS_LOG2 + levels.layout().root();
-                let (low, size, _) = levels.roots();
-                let end = i64::from(low[axis] + size[axis]) << side;
-                let first = i64::from(low[axis]) << side;
-                let limit = |v: i64| v.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
-                [limit(first), limit(end - 1)]
+                let (first, last) = levels.voxel_range();
+                [first[axis], last[axis]]
             }),
             voxel: grid.voxel_size,
             per_voxel: 1.0 / grid.voxel_size,
@@ -155,20 +167,26 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             let point = [points[0][i], points[1][i], points[2][i]];
             let voxel = [voxels[0][i], voxels[1][i], voxels[2][i]];
             let found = self.search(voxel, wanted[i], out.page[i]);
-            out.page[i] = found.cell / 8;
             out.gap[i] = found.gap;
             out.key[i] = found.key;
-            let page = &self.pages[found.cell as usize / 8];
-            let place = self.place_in(page, point);
-            for (axis, place) in place.into_iter().enumerate() {
-                let cell = (found.cell >> axis & 1) as f32;
-                out.at.cell[axis][i] = cell;
-                out.at.inner[axis][i] = (place - 8.0 * cell).clamp(0.0, 8.0);
-            }
-            out.at.index[i] = found.cell;
-            out.at.word[i] = self.words[found.cell as usize];
-            out.voxel[i] = self.voxel * power(page.level);
+            self.set_cell(found.cell, point, i, out);
         }
+    }
+
+    /// Sets a lane's cell, and the position of a point in it.
+    #[inline(always)]
+    pub(super) fn set_cell(&self, cell: u32, point: [f32; 3], i: usize, out: &mut LevelLanes) {
+        let page = &self.pages[cell as usize / 8];
+        let place = self.place_in(page, point);
+        for (axis, place) in place.into_iter().enumerate() {
+            let upper = (cell >> axis & 1) as f32;
+            out.at.cell[axis][i] = upper;
+            out.at.inner[axis][i] = (place - 8.0 * upper).clamp(0.0, 8.0);
+        }
+        out.page[i] = cell / 8;
+        out.at.index[i] = cell;
+        out.at.word[i] = self.words[cell as usize];
+        out.voxel[i] = self.voxel * power(page.level);
     }
 
     /// Returns the finest cell at a point that has a resident brick or no surface.

@@ -3,7 +3,7 @@
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
 use crate::BuildError;
 use crate::memory::{budget_on, without_budget};
-use argil_gpu::GpuError;
+use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
 use argil_volume::{BrickSettings, Levels, LevelsLayout, MAX_SPARSE_RESOLUTION, Volume, VoxelGrid};
 use web_time::Instant;
@@ -98,9 +98,6 @@ impl RepresentationOptions for LevelsOptions {
         if !(0.125..=1024.0).contains(&self.pixel_error) {
             return Err(BuildError::PixelError(self.pixel_error));
         }
-        if site.field.is_some() {
-            return Err(GpuError::LevelsOnCpu.into());
-        }
         let start = Instant::now();
         let layout = LevelsLayout::new(voxel_grid, &self.settings)?;
         let requested = Some(self.memory_budget);
@@ -109,6 +106,10 @@ impl RepresentationOptions for LevelsOptions {
             .map_err(|error| without_budget(error.into(), requested))?;
         levels.set_pixel_error(self.pixel_error);
         let stages = vec![("coarsest", start.elapsed().as_secs_f64() * 1e3)];
-        Ok((Storage::Cpu(levels.into()), BuildTimings::of_stages(stages)))
+        let storage = match site.field {
+            None => Storage::Cpu(levels.into()),
+            Some(field) => Storage::Gpu(GpuVolume::upload(field, &levels.into()).await?),
+        };
+        Ok((storage, BuildTimings::of_stages(stages)))
     }
 }

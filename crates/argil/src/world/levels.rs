@@ -20,12 +20,21 @@ impl World {
     pub fn levels(&self) -> Option<&Levels> {
         match &self.storage {
             Storage::Cpu(Volume::Levels(levels)) => Some(levels),
+            Storage::Gpu(volume) => volume.levels(),
+            _ => None,
+        }
+    }
+
+    fn levels_mut(&mut self) -> Option<&mut Levels> {
+        match &mut self.storage {
+            Storage::Cpu(Volume::Levels(levels)) => Some(levels),
+            Storage::Gpu(volume) => volume.levels_mut(),
             _ => None,
         }
     }
 
     /// Bakes bricks of levels of detail that images asked for since the last call, the most urgent first, until
-    /// `max_ms` milliseconds have passed. Call it after each frame. Returns `None` for another representation.
+    /// `max_ms` milliseconds have passed. Call it after each frame. Does nothing for another representation.
     ///
     /// ```
     /// use argil::{LevelsOptions, prelude::*};
@@ -34,20 +43,31 @@ impl World {
     /// let mut world = Engine::cpu().build(&scene)?.with_representation(LevelsOptions::from(4096))?;
     /// let settings = world.render_settings([640, 360], RenderMode::Normal);
     /// world.render(&world.camera(), &settings)?;
-    /// let filled = world.fill_pages(5.0).expect("levels");
+    /// let filled = world.fill_pages(5.0)?;
     /// assert!(filled.bricks > 0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn fill_pages(&mut self, max_ms: f64) -> Option<FillStats> {
-        let Storage::Cpu(Volume::Levels(levels)) = &mut self.storage else {
-            return None;
-        };
-        let program = &ProgramCache::of(&self.program, &self.edits).program;
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn fill_pages(&mut self, max_ms: f64) -> Result<FillStats, RenderError> {
         let seconds = (max_ms * 1e-3).clamp(0.0, 1e6);
         let until = max_ms
             .is_finite()
             .then(|| Instant::now() + Duration::from_secs_f64(seconds));
-        Some(levels.fill(program, until))
+        let program = &ProgramCache::of(&self.program, &self.edits).program;
+        let done = match &mut self.storage {
+            Storage::Cpu(Volume::Levels(levels)) => levels.fill(program, until),
+            Storage::Gpu(volume) => match volume.levels_mut() {
+                Some(levels) => levels.fill(program, until),
+                None => FillStats::default(),
+            },
+            _ => FillStats::default(),
+        };
+        if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
+            volume.follow_levels(field.gpu())?;
+        }
+        Ok(done)
     }
 
     /// Bakes the bricks that a view is missing, as a future: see [`World::refine`].
@@ -63,10 +83,17 @@ impl World {
         if !matches!(self.representation, Representation::Levels(_)) {
             return Ok(done);
         }
-        // Small images ask for most of what large ones need, level after level.
-        for shrink in [SHRINK, 1] {
+        // Small images ask for most of what large ones need, level after level. What only light reads comes last.
+        let normals = [(SHRINK, RenderMode::Normal), (1, RenderMode::Normal)];
+        let light = [(SHRINK, RenderMode::Shaded), (1, RenderMode::Shaded)];
+        let is_lit = settings.mode == RenderMode::Shaded;
+        for (shrink, mode) in normals
+            .into_iter()
+            .chain(light.into_iter().filter(|_| is_lit))
+        {
             let usual = self.set_pixel_error(|usual| usual / shrink as f32);
-            let passes = self.refine_passes(camera, settings, shrink).await;
+            let own = RenderSettings { mode, ..*settings };
+            let passes = self.refine_passes(camera, &own, shrink).await;
             self.set_pixel_error(|_| usual);
             let own = passes?;
             done += own;
@@ -81,18 +108,14 @@ impl World {
         settings: &RenderSettings,
         shrink: u32,
     ) -> Result<FillStats, RenderError> {
-        // Light comes from the field.
         let quick = RenderSettings {
-            mode: RenderMode::Normal,
             size: settings.size.map(|side| side.div_ceil(shrink)),
             ..*settings
         };
         let mut done = FillStats::default();
         for _ in 0..MAX_PASSES {
             self.render_async(camera, &quick).await?;
-            let Some(own) = self.fill_pages(f64::INFINITY) else {
-                break;
-            };
+            let own = self.fill_pages(f64::INFINITY)?;
             done += own;
             if own.answered == 0 && !own.is_full {
                 break;
@@ -127,7 +150,7 @@ impl World {
 
     /// Changes the size of a voxel that a ray accepts. Returns the size before.
     fn set_pixel_error(&mut self, change: impl FnOnce(f32) -> f32) -> f32 {
-        let Storage::Cpu(Volume::Levels(levels)) = &mut self.storage else {
+        let Some(levels) = self.levels_mut() else {
             return 1.0;
         };
         let usual = levels.pixel_error();

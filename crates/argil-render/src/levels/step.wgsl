@@ -1,0 +1,145 @@
+// GPU version of rays through levels: one ray per thread, from step to step.
+
+// Returns a factor around 1 that differs from pixel to pixel.
+fn dither(pixel: u32) -> f32 {
+    var hash = pixel * 0x9e3779b9u;
+    hash = (hash ^ (hash >> 15u)) * 0x85ebca6bu;
+    return 1.0 + LEVEL_DITHER * (f32(hash >> 8u) * (1.0 / 16777216.0) - 0.5);
+}
+
+fn cone_box_min() -> vec3<f32> {
+    return volume.box_min;
+}
+
+fn cone_box_max() -> vec3<f32> {
+    return volume.box_max;
+}
+
+// Where the search for the next cell begins: a slot. Slot 0 always has a page of the coarsest level.
+var<private> cone_slot: u32 = 0u;
+
+fn cone_clearance(p: vec3<f32>, t: f32) -> vec2<f32> {
+    let wanted = level_of(CONE_VOXELS * volume.pixel_error * frame.pixel_width * t);
+    let found = locate(p - frame.eye, wanted, cone_slot);
+    cone_slot = found.cell / 8u;
+    note(found);
+    let d = level_distance(found);
+    let length = max(abs(d) - select(0.0, volume.error_voxels * found.voxel, is_brick(found.word)), 0.0);
+    return vec2(select(length, -length, d < 0.0), found.voxel);
+}
+
+// One block of pixels per group: a block that its cone did not rule out.
+@compute @workgroup_size(8, 8)
+fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let block_place = live.blocks[group.x].place;
+    let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
+    let x = block_place % blocks_across * CONE_SIDE + local.x;
+    let y = block_place / blocks_across * CONE_SIDE + local.y;
+    if x >= frame.width || y >= frame.height {
+        return;
+    }
+    let at_pixel = y * frame.width + x;
+    let ray = primary_ray(x, y);
+    let span = box_span(ray);
+    let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
+    let scale = frame.inv_lipschitz;
+    let size = volume.pixel_error * frame.pixel_width;
+    let own_size = size * dither(at_pixel);
+    let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
+    let ahead = select(vec3(0.0), vec3(8.0), d > vec3(0.0));
+    var t = max(span.x, live.blocks[block_place].begin);
+    var slot = 0u;
+    var side = 0.0;
+    var kind = HIT_NONE;
+    var samples = 0u;
+    var lookups = 0u;
+    var last_cell = NO_PAGE;
+    var exists = true;
+    var normal = vec3(0.0);
+    // Alternate between marching to the surface and solving there.
+    while exists {
+        var near = false;
+        var over = 0.0;
+        var last_gap = 0.0;
+        var last_step = 0.0;
+        var gap = 0.0;
+        var found = LevelCell(0u, 0u, 0u, 0.0, 0u, NOTHING, 1.0, vec3(0.0));
+        loop {
+            if t > span.y || samples + lookups >= frame.max_steps {
+                exists = false;
+                break;
+            }
+            found = locate(ray.direction * t, level_of(own_size * t), slot);
+            slot = found.cell / 8u;
+            let in_brick = is_brick(found.word);
+            if found.cell != last_cell || found.gap > 0.0 {
+                note(found);
+            }
+            lookups += u32(found.cell != last_cell);
+            last_cell = found.cell;
+            samples += u32(in_brick);
+            let stored_d = level_distance(found);
+            if side == 0.0 {
+                side = select(1.0, -1.0, stored_d < 0.0 && span.x <= 0.0);
+            }
+            gap = stored_d * side;
+            // In a page that is too coarse, the surface may be nearer than interpolated.
+            let g = gap - select(0.0, volume.error_voxels * found.voxel, in_brick && found.gap > 0.0);
+            // The spheres no longer touch: return to the end of the last one.
+            let too_far = over > 0.0 && g < over;
+            near = in_brick && !too_far && g < NEAR_VOXELS * found.voxel;
+            if !in_brick && !too_far && g < 0.0 {
+                kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+                exists = false;
+            }
+            if near || !exists {
+                break;
+            }
+            let exits = (ahead - found.inner) * found.voxel / d;
+            let leave = min(exits.x, min(exits.y, exits.z)) + NUDGE_VOXELS * found.voxel + NUDGE_RELATIVE * t;
+            // Along a plane, spheres still touch with this much more than their radius between their centers.
+            let fell = max(last_gap - g, 0.0);
+            let sum = last_step + fell;
+            let share = max((last_step - fell) / select(1.0, sum, sum > 0.0), 0.0);
+            let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
+            let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
+            t += select(way, -over, too_far);
+            last_gap = g;
+            last_step = select(0.0, way, in_brick && !too_far);
+            over = beyond;
+            // Beyond the end of the ray, advance only as far as is known to be free.
+            let pull = clamp(t - span.y, 0.0, over);
+            t -= pull;
+            over -= pull;
+            last_step = max(last_step - pull, 0.0);
+        }
+        if !near {
+            break;
+        }
+        samples++;
+        let close = frame.epsilon + select(0.0, volume.error_voxels * found.voxel, found.gap > 0.0);
+        let intersection = intersect_voxel(ray, t, side, gap, found, close);
+        let before = t;
+        t = intersection.t;
+        if intersection.is_hit {
+            kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
+            exists = false;
+            found.inner = clamp(found.inner + ray.direction * ((t - before) / found.voxel), vec3(0.0), vec3(8.0));
+            normal = level_normal(found, side);
+            atomicAdd(&feedback[0], 1u);
+            if found.gap > 0.0 && found.voxel > 2.0 * size * t {
+                atomicAdd(&feedback[1], 1u);
+            }
+        }
+    }
+    // If all differences are equal, the normal faces the viewer.
+    if all(normal == vec3(0.0)) {
+        normal = -ray.direction;
+    }
+    if kind == HIT_NONE {
+        normal = vec3(0.0);
+        t = 0.0;
+    }
+    let seen = select(last_cell + 1u, 0u, kind == HIT_NONE);
+    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
+}
