@@ -164,10 +164,21 @@ fn locate(away: vec3<f32>, wanted: u32, start: u32) -> LevelCell {
     return placed(search(clamp(eye_voxel() + whole, first, last), wanted, start), point);
 }
 
-// Interpolates the distances of a brick, at a position in it.
+fn sample_at(texel: vec3<u32>) -> f32 {
+    return textureLoad(stored, texel, 0).x;
+}
+
+// Interpolates the distances of a brick, at a position in it. A filter would round by the brick's place in the pool,
+// and an image would depend on the order in which bricks came.
 fn brick_distance(word: u32, inner: vec3<f32>, voxel: f32) -> f32 {
-    let origin = 9.0 * vec3<f32>(vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u)) + 0.5;
-    return textureSampleLevel(stored, linear, (origin + inner) * volume.inv_pool_size, 0.0).x * (volume.band_voxels * voxel);
+    let low = min(floor(inner), vec3(7.0));
+    let part = inner - low;
+    let at = 9u * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u) + vec3<u32>(low);
+    let x0 = mix(sample_at(at), sample_at(at + vec3(1u, 0u, 0u)), part.x);
+    let x1 = mix(sample_at(at + vec3(0u, 1u, 0u)), sample_at(at + vec3(1u, 1u, 0u)), part.x);
+    let x2 = mix(sample_at(at + vec3(0u, 0u, 1u)), sample_at(at + vec3(1u, 0u, 1u)), part.x);
+    let x3 = mix(sample_at(at + vec3(0u, 1u, 1u)), sample_at(at + vec3(1u)), part.x);
+    return mix(mix(x0, x1, part.y), mix(x2, x3, part.y), part.z) * (volume.band_voxels * voxel);
 }
 
 // GPU version of LevelSampler::empty_cell_distance: a signed lower bound, in a cell without a brick.
