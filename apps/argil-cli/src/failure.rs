@@ -71,7 +71,7 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     }
     match cause.downcast_ref() {
         Some(RenderError::Gpu(error)) => return of_gpu(error),
-        Some(RenderError::NoBricks) => return Some("--via bricks or --via octree"),
+        Some(RenderError::NoBricks) => return Some("--via bricks, levels or octree"),
         _ => {}
     }
     if let Some(EngineError::Gpu(error)) = cause.downcast_ref() {

@@ -22,10 +22,11 @@ fn levels_say_what_a_view_brought() {
     assert_eq!(found["bricks_missing"], 0);
     assert_eq!(found["is_full"], false);
     assert!(found["levels_bytes"].as_u64() <= Some(160 << 20));
-    let on_gpu = [
-        "render", &brick, "-o", &out, "--via", "levels", "--device", "gpu",
-    ];
-    fails(&on_gpu, 1, "run on the CPU only so far (--device cpu)");
+    let on_gpu = ["--size", "160x90", "--show", "normal", "--device", "gpu"];
+    let there = json(&argil(&[&levels[..], &on_gpu].concat()));
+    assert_eq!(there["bricks_missing"], 0);
+    assert_eq!(there["finest_voxels"], found["finest_voxels"]);
+    assert!(there["hit_pixels"].as_u64() > Some(0));
     let orbit = [
         &levels[..],
         &size,

@@ -179,7 +179,7 @@ fn senseless_requests_name_a_remedy() {
     fails(
         &[&dense[..], &cpu].concat(),
         1,
-        "only octrees have nodes (--via bricks or --via octree)",
+        "only octrees have nodes, and only levels have levels (--via bricks, levels or octree)",
     );
 
     // Files: cut short, damaged, of another kind.

@@ -3,11 +3,18 @@
 use anyhow::Context;
 use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
 use argil::scene::{Action, Scene};
-use argil::{DenseOptions, Engine, RenderedImage, Representation, World};
+use argil::volume::Levels;
+use argil::{DenseOptions, Engine, LevelsOptions, RenderedImage, Representation, World};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
+
+/// Voxels of the finest level, per voxel of the resolution: levels are that fine only where the camera is near.
+const FINEST: u32 = 64;
+/// Durations of baking bricks of levels, after an image during movement and around a still one.
+const FILL_MS: f64 = 15.0;
+const REFINE_MS: f64 = 120.0;
 
 /// A way to store and render a scene: one of the engine's representations, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,10 +23,7 @@ pub(crate) struct Pipeline(&'static str);
 impl Pipeline {
     /// Returns all pipelines.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        // Levels of detail need bricks after each frame, which the editor does not bring yet.
-        let all = Representation::all(1).into_iter();
-        all.filter(|via| !matches!(via, Representation::Levels(_)))
-            .map(Self::of)
+        Representation::all(1).into_iter().map(Self::of)
     }
 
     /// Returns the exact field, which needs no build.
@@ -37,9 +41,9 @@ impl Pipeline {
         first.to_uppercase() + rest
     }
 
-    /// Returns true if it has bricks to show.
-    pub(crate) fn has_bricks(self) -> bool {
-        self.via(1).supports_mode(RenderMode::Bricks)
+    /// Returns true if it has what a render mode shows.
+    pub(crate) fn supports(self, show: RenderMode) -> bool {
+        self.via(1).supports_mode(show)
     }
 
     /// Returns the engine's representation.
@@ -51,6 +55,10 @@ impl Pipeline {
                 mips: true,
                 ..options
             }),
+            Representation::Levels(options) => Representation::Levels(LevelsOptions {
+                resolution: FINEST * resolution,
+                ..options
+            }),
             via => via,
         }
     }
@@ -58,7 +66,7 @@ impl Pipeline {
 
 impl Default for Pipeline {
     fn default() -> Self {
-        Self::of(argil::BricksOptions::default().into())
+        Self::of(LevelsOptions::default().into())
     }
 }
 
@@ -78,13 +86,14 @@ impl<'de> Deserialize<'de> for Pipeline {
 }
 
 /// Render modes and their labels.
-pub(crate) const SHOWS: [(RenderMode, &str); 5] = [
+pub(crate) const SHOWS: [(RenderMode, &str); 6] = [
     (RenderMode::Shaded, "Shaded"),
     (RenderMode::Normal, "Normal"),
     (RenderMode::Depth, "Depth"),
     (RenderMode::Heat, "Heat"),
     // A pipeline is also called bricks.
     (RenderMode::Bricks, "Brick colors"),
+    (RenderMode::Levels, "Level colors"),
 ];
 
 /// A request for images.
@@ -125,6 +134,8 @@ pub(crate) struct WorkerImage {
     pub memory_bytes: u64,
     /// Number of bricks, if it has any.
     pub bricks: Option<u64>,
+    /// Number of bricks that levels lack for this image. It is not final before there are none.
+    pub missing: u64,
     /// Number of triangles, for a mesh.
     pub triangles: Option<u64>,
     /// Distance along each pixel's ray to a solid; infinite without a hit.
@@ -245,11 +256,17 @@ impl RenderWorker {
         request: &RenderRequest,
     ) -> anyhow::Result<WorkerImage> {
         let edit_ms = self.bring_up(pipeline, request.resolution).await?;
-        let kept = self.kept.last().context("the worker has a world")?;
-        let world = &kept.world;
-        let settings = settings(world, request);
+        let kept = self.kept.last_mut().context("the worker has a world")?;
+        let world = &mut kept.world;
+        let mut settings = settings(world, request);
+        let start = Instant::now();
+        if request.is_still && !refine(world, request, &settings, start).await? {
+            settings.samples = 1;
+        }
         let drawn = world.render_with_distances_async(&request.camera, &settings);
         let (drawn, lengths): (RenderedImage, _) = drawn.await?;
+        let missing = world.levels().map_or(0, Levels::request_count) as u64;
+        world.fill_pages(if request.is_still { REFINE_MS } else { FILL_MS })?;
         let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.octree.map(|tree| tree.bricks);
@@ -264,6 +281,7 @@ impl RenderWorker {
             steps: drawn.statistics.steps,
             memory_bytes: world.memory_bytes(),
             bricks,
+            missing,
             triangles: world.mesh_counts().map(|counts| counts.triangles),
             lengths,
         })
@@ -315,11 +333,45 @@ impl RenderWorker {
     }
 }
 
+/// Bakes what a still image of levels needs. Returns whether that ended in time.
+async fn refine(
+    world: &mut World,
+    request: &RenderRequest,
+    settings: &RenderSettings,
+    start: Instant,
+) -> anyhow::Result<bool> {
+    if world.levels().is_none() {
+        return Ok(true);
+    }
+    let remaining_ms = || REFINE_MS - start.elapsed().as_secs_f64() * 1e3;
+    let quick = RenderSettings {
+        samples: 1,
+        ..*settings
+    };
+    // Small images ask for most of it.
+    let mut is_small = true;
+    while remaining_ms() > 0.0 {
+        if is_small {
+            world.prefetch_async(&request.camera, &quick).await?;
+        } else {
+            world.render_async(&request.camera, &quick).await?;
+        }
+        if world.fill_pages(remaining_ms())?.answered == 0 {
+            if !is_small {
+                return Ok(true);
+            }
+            is_small = false;
+        }
+    }
+    Ok(false)
+}
+
 fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
-    let has_bricks = request.pipelines.iter().all(|p| p.has_bricks());
-    let show = match request.show {
-        RenderMode::Bricks if !has_bricks => RenderMode::Normal,
-        show => show,
+    let supports = request.pipelines.iter().all(|p| p.supports(request.show));
+    let show = if supports {
+        request.show
+    } else {
+        RenderMode::Normal
     };
     let own = world.render_settings(request.size, show);
     RenderSettings {

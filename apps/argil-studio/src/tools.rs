@@ -63,15 +63,15 @@ impl ViewState {
                     }
                 }
                 ui.separator();
-                let has_bricks = session.preferences.pipeline.has_bricks();
+                let pipeline = session.preferences.pipeline;
                 for (show, word) in SHOWS {
-                    let has = show != RenderMode::Bricks || has_bricks;
+                    let has = pipeline.supports(show);
                     let button = egui::Button::selectable(self.show == show, word);
                     if ui.add_enabled(has, button).clicked() {
                         self.show = show;
                     }
                 }
-                if self.show == RenderMode::Bricks && !has_bricks {
+                if !pipeline.supports(self.show) {
                     self.show = RenderMode::Shaded;
                 }
                 ui.separator();

@@ -118,7 +118,11 @@ impl ViewState {
         };
         let wanted = request(full, true);
         if view.last.as_ref() == Some(&wanted) {
-            self.pictures.is_settled = true;
+            let is_whole = view.shown.iter().all(|shown| shown.picture.missing == 0);
+            self.pictures.is_settled = is_whole;
+            if !is_whole && !session.renderer.is_busy() {
+                session.renderer.draw(wanted);
+            }
             return;
         }
         let is_other = view.last.as_ref().is_none_or(|last| {
@@ -415,6 +419,9 @@ impl ViewState {
             let mut held = format!("{:.1} MiB", p.memory_bytes as f64 / f64::from(1 << 20));
             if let Some(bricks) = p.bricks {
                 held += &format!(" · {bricks} bricks");
+            }
+            if p.missing > 0 {
+                held += &format!(" · {} missing", p.missing);
             }
             if let Some(triangles) = p.triangles {
                 held += &format!(" · {triangles} triangles");

@@ -82,6 +82,8 @@ constants! { FLAGS:
     MODE_BRICKS = 4;
     /// The first node above bricks of each ray.
     MODE_NODES = 5;
+    /// The level of each hit, and where a finer one is missing.
+    MODE_LEVELS = 6;
     /// Points with a material along a mixed brick's side.
     MATERIAL_SIDE = 4;
     /// Flag of a brick's material: it is mixed.

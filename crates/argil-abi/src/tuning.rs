@@ -89,6 +89,8 @@ numbers! { NUMBERS:
     LIFT_VOXELS: f32 = 1.5;
     /// Voxels of cones in levels, in those of rays.
     CONE_VOXELS: f32 = 2.0;
+    /// Set in the id of a hit in levels, less 1, where a finer brick is missing. The lower bits are the level.
+    LEVEL_MISSING: u32 = 64;
     /// The part of a level over which its border with the next one is dithered.
     LEVEL_DITHER: f32 = 0.3;
 }

@@ -24,7 +24,7 @@ use crate::ray_batch::RayBatch;
 use crate::source::{DistanceSource, RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
-use argil_abi::{FrameUniform, Hit};
+use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_volume::{LevelLanes, Levels};
 use notes::PageNotes;
 use rays::{LevelCones, LevelRays};
@@ -108,6 +108,11 @@ fn trace_levels(
         notes,
     };
     march(frame, &mut marched, near, wave, out);
+    if frame.mode == abi::MODE_LEVELS {
+        for hit in out[..tile.area()].iter_mut().filter(|hit| hit.id != 0) {
+            hit.id = rays.level_id(hit.id - 1, hit.normal_t[3]);
+        }
+    }
     rays.note(notes);
     finish(frame, tile, probe, (hits, points), out);
 }

@@ -23,6 +23,8 @@ pub enum RenderMode {
     Bricks,
     /// The first node above bricks that contains a brick along the ray, in a color per node. For octrees.
     Nodes,
+    /// The voxel size at each hit, in a color per level. Red where a finer brick is missing. For levels of detail.
+    Levels,
 }
 
 /// The source of normals for bricks.
@@ -229,6 +231,7 @@ fn mode_word(show: RenderMode) -> u32 {
         RenderMode::Heat => abi::MODE_HEAT,
         RenderMode::Bricks => abi::MODE_BRICKS,
         RenderMode::Nodes => abi::MODE_NODES,
+        RenderMode::Levels => abi::MODE_LEVELS,
     }
 }
 

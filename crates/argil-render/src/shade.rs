@@ -109,6 +109,7 @@ pub(crate) fn shade_tile(
             }
             abi::MODE_HEAT => heat(hit.steps),
             abi::MODE_BRICKS | abi::MODE_NODES if hit.id != 0 => id_color(hit),
+            abi::MODE_LEVELS if hit.id != 0 => level_color(hit),
             abi::MODE_SHADED => {
                 let ray = primary_ray(frame, x, y);
                 let light = if hit.kind == abi::HIT_NONE {
@@ -428,6 +429,18 @@ fn tone_map(c: Vec3) -> Vec3 {
 fn depth(frame: &FrameUniform, t: f32) -> f32 {
     let range = (frame.depth_far - frame.depth_near).max(1e-6);
     (1.0 - (t - frame.depth_near) / range).clamp(0.0, 1.0)
+}
+
+/// Returns the color of a hit in levels, red where a finer brick is missing.
+fn level_color(hit: &Hit) -> Vec3 {
+    let [nx, ny, nz, _] = hit.normal_t.map(f32::abs);
+    let light = 0.55 * nx + ny + 0.75 * nz;
+    if (hit.id - 1) & abi::LEVEL_MISSING != 0 {
+        return vec3(1.0, 0.1, 0.05) * light;
+    }
+    let level = ((hit.id - 1) & (abi::LEVEL_MISSING - 1)) as f32;
+    let channel = |shift: f32| 0.3 + 0.6 * (2.0 * (0.381_966 * level + shift).fract() - 1.0).abs();
+    vec3(channel(0.0), channel(1.0 / 3.0), channel(2.0 / 3.0)) * light
 }
 
 /// Returns the color of an id, darker on sides that face x and z.

@@ -141,6 +141,16 @@ fn id_color(hit: Hit) -> vec3<f32> {
     return (vec3(0.25) + 0.75 * bytes / 255.0) * (0.55 * n.x + n.y + 0.75 * n.z);
 }
 
+fn level_color(hit: Hit) -> vec3<f32> {
+    let n = abs(hit.normal_t.xyz);
+    let light = 0.55 * n.x + n.y + 0.75 * n.z;
+    if ((hit.id - 1u) & LEVEL_MISSING) != 0u {
+        return vec3(1.0, 0.1, 0.05) * light;
+    }
+    let level = f32((hit.id - 1u) & (LEVEL_MISSING - 1u));
+    return (0.3 + 0.6 * abs(2.0 * fract(0.381966 * level + vec3(0.0, 1.0 / 3.0, 2.0 / 3.0)) - 1.0)) * light;
+}
+
 fn heat(steps: u32) -> vec3<f32> {
     let s = clamp(f32(steps) / 256.0, 0.0, 1.0) * 3.0;
     return vec3(
@@ -213,6 +223,11 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
         case MODE_BRICKS, MODE_NODES: {
             if hit.id != 0u {
                 color = id_color(hit);
+            }
+        }
+        case MODE_LEVELS: {
+            if hit.id != 0u {
+                color = level_color(hit);
             }
         }
         default: { color = heat(hit.steps); }

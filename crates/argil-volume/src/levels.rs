@@ -26,8 +26,10 @@
 //! brick that is too coarse stops that far before the surface, so it never passes through one.
 
 mod bake;
+mod compare;
 mod copies;
 mod edit;
+mod edit_affected;
 mod evict;
 mod fill;
 mod layout;

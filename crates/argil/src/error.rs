@@ -151,8 +151,10 @@ pub enum RenderError {
         /// Expected range.
         expected: &'static str,
     },
-    /// The render mode shows bricks or nodes, and the representation has none.
-    #[error("only sparse bricks and octrees have bricks to show, and only octrees have nodes")]
+    /// The render mode shows bricks, nodes or levels, and the representation has none.
+    #[error(
+        "sparse bricks, levels and octrees have bricks to show, only octrees have nodes, and only levels have levels"
+    )]
     NoBricks,
     /// A [`Control`](argil_math::Control) canceled the work.
     #[error("canceled")]

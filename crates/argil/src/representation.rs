@@ -70,10 +70,10 @@ macro_rules! representations {
                 }
             }
 
-            /// Whether a render mode works with this representation. Only some have bricks or nodes to show.
+            /// Whether a render mode works with this representation. Only some have bricks, nodes or levels to show.
             pub fn supports_mode(&self, mode: RenderMode) -> bool {
                 match self {
-                    _ if !matches!(mode, RenderMode::Bricks | RenderMode::Nodes) => true,
+                    _ if !matches!(mode, RenderMode::Bricks | RenderMode::Nodes | RenderMode::Levels) => true,
                     Self::Field => false,
                     $(Self::$name(options) => options.supports_mode(mode),)*
                 }

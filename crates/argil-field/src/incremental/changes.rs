@@ -59,6 +59,25 @@ impl IncrementalProgram {
         self.update.collected()
     }
 
+    /// Appends the instructions of the whole program before the last update, if they are known.
+    pub fn previous_instructions(&self, out: &mut Vec<Instruction>) {
+        let Some(touched) = self.changes() else {
+            return;
+        };
+        let stay = self
+            .order
+            .values()
+            .filter(|node| !touched.after.contains(node))
+            .map(|node| &self.operands[node]);
+        let mut all: Vec<&Operand> = stay.chain(&touched.before).collect();
+        all.retain(|own| own.visible);
+        all.sort_by_key(|own| own.rank);
+        let mut writer = ListWriter::new(&self.groups, out);
+        all.iter()
+            .for_each(|own| writer.put(own.group, &own.instructions));
+        writer.end();
+    }
+
     /// Appends the [`IncrementalProgram::part_program`] before the last update, if it is known.
     pub fn previous_part_program(&self, part: IVec3, out: &mut Vec<Instruction>) {
         let Some(touched) = self.changes() else {

@@ -6,9 +6,11 @@ use crate::bricks::ConeDistances;
 use crate::bricks::step::StepOutcome;
 use crate::bricks::voxel_intersect::NearLanes;
 use crate::ray_batch::RayBatch;
-use argil_abi::FrameUniform;
+use argil_abi::{self as abi, FrameUniform};
 use argil_math::Aabb;
-use argil_volume::{LevelLanes, LevelSampler, Levels, PageRequest, SampleFormat};
+use argil_volume::{
+    LevelLanes, LevelSampler, Levels, NO_PAGE, PageRequest, SampleFormat, is_brick,
+};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -59,6 +61,18 @@ impl<'a> LevelRays<'a> {
 
     pub(super) fn any_page(&self) -> u32 {
         either!(self, sampler => sampler.any_page())
+    }
+
+    /// Returns the id of a hit in a cell for the mode that shows levels: 1 plus its level, and a bit if a finer brick
+    /// is missing.
+    pub(super) fn level_id(&self, cell: u32, length: f32) -> u32 {
+        let levels = self.levels();
+        let level = levels.pages()[cell as usize / 8].level;
+        let wanted = either!(self, sampler => sampler.level_of(self.size * length));
+        let is_open = level > wanted && levels.children()[cell as usize] == NO_PAGE;
+        let is_brick = is_brick(levels.words()[cell as usize]);
+        let is_missing = is_brick && is_open;
+        1 + level + if is_missing { abi::LEVEL_MISSING } else { 0 }
     }
 
     /// Notes what a tile used and lacked.

@@ -56,6 +56,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     var last_cell = NO_PAGE;
     var exists = true;
     var normal = vec3(0.0);
+    var hit_level = 0u;
+    var hit_gap = 0.0;
     // Alternate between marching to the surface and solving there.
     while exists {
         var near = false;
@@ -71,6 +73,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             }
             found = locate(ray.direction * t, level_of(own_size * t), slot);
             slot = found.cell / 8u;
+            hit_level = found.level;
+            hit_gap = found.gap;
             let in_brick = is_brick(found.word);
             if found.cell != last_cell || found.gap > 0.0 {
                 note(found);
@@ -140,6 +144,10 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         normal = vec3(0.0);
         t = 0.0;
     }
-    let seen = select(last_cell + 1u, 0u, kind == HIT_NONE);
+    var seen = last_cell + 1u;
+    if frame.mode == MODE_LEVELS {
+        seen = 1u + hit_level + select(0u, LEVEL_MISSING, hit_gap > 0.0);
+    }
+    seen = select(seen, 0u, kind == HIT_NONE);
     hits[at_pixel] = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
 }

@@ -37,6 +37,8 @@ pub(super) struct PageJob {
     pub page: Page,
     pub list: Arc<[Instruction]>,
     pub cells: u8,
+    /// The cells to measure, one bit each. Words of others are not set.
+    pub measured: u8,
 }
 
 /// A sampled cell.
@@ -57,6 +59,18 @@ pub(super) struct BakedPage<T> {
     pub mixed: Vec<[u32; 2]>,
 }
 
+impl<T> Default for BakedPage<T> {
+    fn default() -> Self {
+        Self {
+            words: [0; 8],
+            clear: [0; 8],
+            cells: Vec::new(),
+            texels: Vec::new(),
+            mixed: Vec::new(),
+        }
+    }
+}
+
 impl<T> BakedPage<T> {
     /// Returns the number of bricks.
     pub(super) fn bricks(&self) -> u64 {
@@ -73,6 +87,10 @@ impl<'a> PageContext<'a> {
             program,
             levels: levels.collect(),
         }
+    }
+
+    pub(super) fn pruner(&self) -> Pruner<'_> {
+        Pruner::new(self.program)
     }
 
     pub(super) fn baker(&self) -> PageBaker<'_> {
@@ -133,14 +151,12 @@ impl PageBaker<'_> {
         let baker = self.bakers[level].get_or_insert_with(|| context.baker());
         baker.pruner = self.part_pruner.take();
         let (block, octant) = job.page.block();
+        let is_measured = |inner: &u8| job.measured >> page_cell(*inner) & 1 != 0;
         let own = octant_cells(octant);
-        let mut made = BakedPage {
-            words: [0; 8],
-            clear: [0; 8],
-            cells: Vec::new(),
-            texels: Vec::new(),
-            mixed: Vec::new(),
-        };
+        let own = (0..64u8)
+            .filter(|inner| own >> inner & 1 != 0 && is_measured(inner))
+            .fold(0, |some, inner| some | 1u64 << inner);
+        let mut made = BakedPage::default();
         // The programs of all cells are in memory at once, so long ones come cell by cell.
         let is_long = job.list.len() > LONG_LIST;
         let single = (0..64).map(|inner| own & 1 << inner);

@@ -1,14 +1,13 @@
 //! Follows edits: what is resident where they reach is baked again, on all levels.
 
-use super::bake::PageContext;
+use super::bake::{BakedPage, PageContext};
 use super::fill::by_format;
 use super::layout::LevelsLayout;
 use super::page::{NO_PAGE, UNKNOWN_CELL, is_page};
 use super::pending::LevelsPendingEdits;
 use super::tree::Levels;
-use crate::MISSING_BRICK;
-use crate::{BricksError, EditStats, SampleFormat, Texel, is_brick};
-use argil_field::Program;
+use crate::{BricksError, EditStats, PendingEdits, SampleFormat, Texel};
+use argil_field::IncrementalProgram;
 use argil_math::Aabb;
 
 impl Levels {
@@ -29,85 +28,117 @@ impl Levels {
         self.layout = layout;
     }
 
-    /// Bakes again what is resident where edits reach. What is not resident needs nothing: it is baked from the edited
-    /// program when a ray asks for it.
+    /// Bakes again what is resident and an edit can have changed. What is not resident needs nothing: it is baked from
+    /// the edited program when a ray asks for it.
     ///
     /// # Errors
     /// If the coarsest level alone exceeds the budget.
     pub fn edit(
         &mut self,
-        program: &Program,
+        live: &IncrementalProgram,
         edits: &mut LevelsPendingEdits,
     ) -> Result<EditStats, BricksError> {
         if edits.is_done() {
             return Ok(EditStats::default());
         }
-        by_format!(self, edit_pages(program, edits))
+        by_format!(self, edit_pages(live, edits))
     }
 
     fn edit_pages<T: Texel>(
         &mut self,
-        program: &Program,
+        live: &IncrementalProgram,
         edits: &mut LevelsPendingEdits,
     ) -> Result<EditStats, BricksError> {
-        let mut done = EditStats::default();
+        let program = live.to_program();
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
         self.lists.fill(None);
         self.lipschitz = program.lipschitz();
-        self.bake_roots::<T>(program)?;
-        let context = PageContext::new(program, &self.layout);
+        self.bake_roots::<T>(&program)?;
         let before = self.brick_count();
-        for level in (0..self.layout.count()).rev() {
-            let boxes = edits.take(level);
-            let slots = self.touched(level, &boxes);
-            // What is known of a cell's samples must be found again.
-            let known = |cell: u32| self.children[cell as usize] != UNKNOWN_CELL;
-            let is_root = level == self.layout.root();
-            let cells: Vec<u8> = slots
-                .iter()
-                .map(|slot| {
-                    let own = (0..8).filter(|i| is_root || known(8 * slot + i));
-                    own.fold(0, |all, i| all | 1 << i)
-                })
-                .collect();
-            let baked = self.bake_pages::<T>(&context, &slots, &cells);
-            done.filled += baked.iter().map(|page| page.bricks()).sum::<u64>();
-            done.cells += 8 * slots.len() as u64;
-            let had_page: Vec<u32> = slots
-                .iter()
-                .flat_map(|slot| self.children[8 * *slot as usize..][..8].iter().copied())
-                .collect();
-            // Cells that are not sampled have no page.
-            for slot in &slots {
-                for cell in 8 * *slot as usize..8 * *slot as usize + 8 {
-                    if !is_page(self.children[cell]) {
-                        self.children[cell] = UNKNOWN_CELL;
-                    }
-                }
+        let context = PageContext::new(&program, &self.layout);
+        let mut done = EditStats::default();
+        match live.changes().filter(|_| edits.has_known_changes()) {
+            Some(touched) => {
+                let mut previous = Vec::new();
+                live.previous_instructions(&mut previous);
+                let lists = [program.instructions(), &previous];
+                self.edit_affected::<T>(&context, touched, lists, &mut done);
+                edits.clear();
             }
-            self.commit(&slots, &baked, true);
-            let mut gone = Vec::new();
-            for (nth, (slot, page)) in slots.iter().zip(&baked).enumerate() {
-                for i in 0..8 {
-                    let child = &mut self.children[(8 * slot + i) as usize];
-                    let is_sampled = page.cells.iter().any(|own| own.cell == i);
-                    if !is_sampled {
-                        *child = UNKNOWN_CELL;
-                    }
-                    let was = had_page[8 * nth + i as usize];
-                    if is_page(was) && *child != was {
-                        gone.push(was);
-                    }
-                }
-            }
-            let gone = self.all_below(gone);
-            self.remove_pages::<T>(&gone);
+            None => self.edit_boxes::<T>(&context, edits, &mut done),
         }
         let after = self.brick_count();
         done.added = after.saturating_sub(before);
         done.removed = before.saturating_sub(after);
         Ok(done)
+    }
+
+    /// Bakes again all resident pages that boxes reach, on all levels.
+    fn edit_boxes<T: Texel>(
+        &mut self,
+        context: &PageContext<'_>,
+        edits: &mut LevelsPendingEdits,
+        done: &mut EditStats,
+    ) {
+        for level in (0..self.layout.count()).rev() {
+            let boxes = edits.take(level);
+            let slots = self.touched(level, &boxes);
+            let cells: Vec<u8> = slots.iter().map(|&slot| self.known_cells(slot)).collect();
+            let baked = self.bake_pages::<T>(context, &slots, &cells);
+            self.replace_cells(&slots, &baked, &vec![u8::MAX; slots.len()], done);
+        }
+    }
+
+    /// Returns the cells of a page whose samples are known, one bit each: they must be found again.
+    pub(super) fn known_cells(&self, slot: u32) -> u8 {
+        let is_root = self.pages[slot as usize].level == self.layout.root();
+        let is_known = |cell: u32| is_root || self.children[cell as usize] != UNKNOWN_CELL;
+        let known = (0..8).filter(|i| is_known(8 * slot + i));
+        known.fold(0, |all, i| all | 1 << i)
+    }
+
+    /// Replaces some cells of pages, one bit each, and removes pages below cells that no longer have any.
+    pub(super) fn replace_cells<T: Texel>(
+        &mut self,
+        slots: &[u32],
+        baked: &[BakedPage<T>],
+        renewed: &[u8],
+        done: &mut EditStats,
+    ) {
+        done.filled += baked.iter().map(BakedPage::bricks).sum::<u64>();
+        let counts = renewed.iter().map(|cells| u64::from(cells.count_ones()));
+        done.cells += counts.sum::<u64>();
+        let cells = || {
+            slots.iter().zip(renewed).flat_map(|(&slot, &renewed)| {
+                let some = (0..8).filter(move |i| renewed >> i & 1 != 0);
+                some.map(move |i| (8 * slot + i) as usize)
+            })
+        };
+        let had_page: Vec<u32> = cells().map(|cell| self.children[cell]).collect();
+        // Cells that are not sampled have no page.
+        for cell in cells() {
+            if !is_page(self.children[cell]) {
+                self.children[cell] = UNKNOWN_CELL;
+            }
+        }
+        self.commit(slots, baked, |nth| renewed[nth]);
+        for ((slot, page), renewed) in slots.iter().zip(baked).zip(renewed) {
+            for i in (0..8).filter(|i| renewed >> i & 1 != 0) {
+                if page.cells.iter().all(|own| own.cell != i) {
+                    self.children[(8 * slot + i) as usize] = UNKNOWN_CELL;
+                }
+            }
+        }
+        let gone: Vec<u32> = cells()
+            .zip(&had_page)
+            .filter(|&(cell, &was)| is_page(was) && self.children[cell] != was)
+            .map(|(_, &was)| was)
+            .collect();
+        if !gone.is_empty() {
+            let gone = self.all_below(gone);
+            self.remove_pages::<T>(&gone);
+        }
     }
 
     /// Returns pages and all pages below them.
@@ -145,96 +176,5 @@ impl Levels {
         }
         found.sort_unstable();
         found
-    }
-
-    /// Counts the cells of resident pages that differ from a fresh bake with a program, to the bit: in what is known of
-    /// them, their words, or their bricks and materials.
-    pub fn differing_cells(&self, program: &Program) -> u64 {
-        by_format!(self, differing(program))
-    }
-
-    fn differing<T: Texel>(&self, program: &Program) -> u64 {
-        let mut fresh = Self::empty(self.layout, program.lipschitz(), u64::MAX);
-        if fresh.bake_roots::<T>(program).is_err() {
-            return 8 * self.page_count();
-        }
-        let mut count = 0;
-        // Pages of this tree, with those of the fresh one.
-        let mut open: Vec<(u32, u32)> = Vec::new();
-        for place in self.root_places() {
-            match (self.root_slot(place), fresh.root_slot(place)) {
-                (Some(own), Some(other)) => open.push((own, other)),
-                // The box was larger before: nothing is there.
-                (Some(own), None) => {
-                    let mut cells = 8 * own as usize..8 * own as usize + 8;
-                    count += u64::from(cells.any(|cell| is_brick(self.store.words[cell])));
-                }
-                _ => count += 8,
-            }
-        }
-        while !open.is_empty() {
-            let cells =
-                |&(own, other): &(u32, u32)| (0..8).map(move |i| (8 * own + i, 8 * other + i));
-            // Sample what is known of this tree's cells.
-            let known = |cell: u32| self.children[cell as usize] != UNKNOWN_CELL;
-            for pair in &open {
-                for (own, other) in cells(pair) {
-                    let is_missing = fresh.store.words[other as usize] == MISSING_BRICK;
-                    // A cell that is clear was sampled too.
-                    let was_sampled = known(own) || self.store.words[own as usize] != MISSING_BRICK;
-                    if was_sampled && is_missing {
-                        fresh
-                            .requests
-                            .add(&[super::PageRequest::of_cell(other, 1.0, 0.0)]);
-                    }
-                }
-            }
-            fresh.fill(program, None);
-            let mut next = Vec::new();
-            for pair in &open {
-                for (own, other) in cells(pair) {
-                    count += u64::from(!self.is_same_cell(own, &fresh, other));
-                    let is_open = fresh.children[other as usize] == NO_PAGE;
-                    if is_page(self.children[own as usize]) && is_open {
-                        next.push((self.children[own as usize], other));
-                        fresh
-                            .requests
-                            .add(&[super::PageRequest::of_child(other, 0, 1.0, 0.0)]);
-                    }
-                }
-            }
-            fresh.fill(program, None);
-            open = next
-                .into_iter()
-                .map(|(own, above)| (own, fresh.children[above as usize]))
-                .collect();
-        }
-        count
-    }
-
-    fn is_same_cell(&self, own: u32, other: &Self, theirs: u32) -> bool {
-        let (a, b) = (
-            self.store.words[own as usize],
-            other.store.words[theirs as usize],
-        );
-        let (child, fresh) = (self.children[own as usize], other.children[theirs as usize]);
-        let is_known = child != UNKNOWN_CELL;
-        if is_known && is_page(child) != (fresh == NO_PAGE) && child != fresh {
-            return false;
-        }
-        match (is_brick(a), is_brick(b)) {
-            (false, false) => a == b,
-            // Evicted, or not asked for yet. The fresh one may have found that it is clear.
-            (true, _) if a == MISSING_BRICK => !is_known || is_brick(b),
-            (true, true) if b != MISSING_BRICK => {
-                let bytes = self.layout.level(0).brick_bytes() as usize;
-                let texels = |levels: &Self, brick: u32| {
-                    levels.store.pool.bytes()[brick as usize * bytes..][..bytes].to_vec()
-                };
-                texels(self, a) == texels(other, b)
-                    && self.store.material_of(a) == other.store.material_of(b)
-            }
-            _ => false,
-        }
     }
 }

@@ -94,6 +94,7 @@ impl Levels {
                         page: Page::new(level, place, NO_PAGE),
                         list: baker.root_list(place),
                         cells: u8::MAX,
+                        measured: u8::MAX,
                     };
                     baker.page(&job)
                 },
@@ -121,7 +122,7 @@ impl Levels {
                 slot
             })
             .collect();
-        self.commit(&slots, &baked, true);
+        self.commit(&slots, &baked, |_| u8::MAX);
         Ok(())
     }
 
@@ -153,19 +154,23 @@ impl Levels {
         slot
     }
 
-    /// Writes baked pages into their slots. `is_all` says that every word is new, and else only those of the sampled
-    /// cells are.
-    pub(super) fn commit<T: Texel>(&mut self, slots: &[u32], baked: &[BakedPage<T>], is_all: bool) {
+    /// Writes baked pages into their slots: the sampled cells, and the words of others that `renewed` selects for each
+    /// page, one bit each.
+    pub(super) fn commit<T: Texel>(
+        &mut self,
+        slots: &[u32],
+        baked: &[BakedPage<T>],
+        renewed: impl Fn(usize) -> u8,
+    ) {
         let layout = self.layout.level(0);
         let samples = layout.brick_samples() as usize;
         let mut pool = Pool::<T>::open(&mut self.store, &layout);
-        for (page, &slot) in baked.iter().zip(slots) {
-            if is_all {
-                for (i, &word) in (0..).zip(&page.words) {
-                    let is_sampled = page.cells.iter().any(|own| own.cell == i);
-                    if !is_sampled {
-                        pool.clear(8 * slot + i, word);
-                    }
+        for (nth, (page, &slot)) in baked.iter().zip(slots).enumerate() {
+            let renewed = renewed(nth);
+            for (i, &word) in (0..).zip(&page.words) {
+                let is_sampled = page.cells.iter().any(|own| own.cell == i);
+                if !is_sampled && renewed >> i & 1 != 0 {
+                    pool.clear(8 * slot + i, word);
                 }
             }
             for own in page.cells.iter().filter(|own| own.brick.is_none()) {
@@ -278,8 +283,8 @@ impl Levels {
         slots.extend(others.iter().map(|(slot, _)| slot));
         cells.extend(others.iter().map(|(_, cells)| cells));
         let baked = self.bake_pages::<T>(context, &slots, &cells);
-        self.commit(&slots[..count], &baked[..count], true);
-        self.commit(&slots[count..], &baked[count..], false);
+        self.commit(&slots[..count], &baked[..count], |_| u8::MAX);
+        self.commit(&slots[count..], &baked[count..], |_| 0);
         baked.iter().map(BakedPage::bricks).sum()
     }
 
@@ -298,6 +303,7 @@ impl Levels {
                 page: self.pages[*slot as usize],
                 list: lists[slot].clone(),
                 cells,
+                measured: u8::MAX,
             })
             .collect();
         jobs.into_par_iter()

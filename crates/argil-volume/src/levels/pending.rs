@@ -14,6 +14,8 @@ pub struct LevelsPendingEdits {
     boxes: Vec<Vec<Aabb>>,
     /// Whether the world has grown so much that it needs coarser levels.
     is_outgrown: bool,
+    /// Whether all edits come from the program's last update, which knows what it touched.
+    has_known_changes: bool,
 }
 
 /// Maximum pages along a side of the coarsest level. A world that grows beyond it is built again, with more levels.
@@ -25,6 +27,7 @@ impl LevelsPendingEdits {
             layout,
             boxes: vec![Vec::new(); layout.count() as usize],
             is_outgrown: false,
+            has_known_changes: false,
         }
     }
 
@@ -36,6 +39,11 @@ impl LevelsPendingEdits {
     /// Returns the edits of levels, to change them.
     pub fn downcast_mut(edits: &mut dyn PendingEdits) -> Option<&mut Self> {
         (edits as &mut dyn Any).downcast_mut()
+    }
+
+    /// Whether all edits come from the program's last update, and it knows what it touched.
+    pub(super) fn has_known_changes(&self) -> bool {
+        self.has_known_changes
     }
 
     pub(super) fn is_done(&self) -> bool {
@@ -84,6 +92,7 @@ impl PendingEdits for LevelsPendingEdits {
         if self.is_outgrown {
             return false;
         }
+        self.has_known_changes = self.is_done() && live.jumps_added().is_empty();
         for level in 0..self.layout.count() {
             let layout = self.layout.level(level);
             let [_, far] = layout.margins(live.program());

@@ -66,7 +66,7 @@ impl VolumeKind for Levels {
         _: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
         match LevelsPendingEdits::downcast_mut(edits) {
-            Some(edits) if !edits.is_done() => Levels::edit(self, &live.to_program(), edits),
+            Some(edits) => Levels::edit(self, live, edits),
             _ => Ok(EditStats::default()),
         }
     }

@@ -69,7 +69,7 @@ impl RepresentationOptions for LevelsOptions {
     }
 
     fn supports_mode(&self, show: RenderMode) -> bool {
-        show == RenderMode::Bricks
+        matches!(show, RenderMode::Bricks | RenderMode::Levels)
     }
 
     fn of(volume: &Volume) -> Option<Self> {

@@ -87,34 +87,30 @@ impl World {
         let normals = [(SHRINK, RenderMode::Normal), (1, RenderMode::Normal)];
         let light = [(SHRINK, RenderMode::Shaded), (1, RenderMode::Shaded)];
         let is_lit = settings.mode == RenderMode::Shaded;
-        for (shrink, mode) in normals
-            .into_iter()
-            .chain(light.into_iter().filter(|_| is_lit))
-        {
+        let light = light.into_iter().filter(|_| is_lit);
+        for (shrink, mode) in normals.into_iter().chain(light) {
             let usual = self.set_pixel_error(|usual| usual / shrink as f32);
-            let own = RenderSettings { mode, ..*settings };
-            let passes = self.refine_passes(camera, &own, shrink).await;
+            let own = RenderSettings {
+                mode,
+                size: settings.size.map(|side| side.div_ceil(shrink)),
+                ..*settings
+            };
+            let passes = self.refine_passes(camera, &own).await;
             self.set_pixel_error(|_| usual);
-            let own = passes?;
-            done += own;
+            done += passes?;
         }
         Ok(done)
     }
 
-    /// Renders images whose sides are `shrink` times as short, and bakes what they are missing.
+    /// Renders images, and bakes what they are missing, until they lack nothing.
     async fn refine_passes(
         &mut self,
         camera: &Camera,
         settings: &RenderSettings,
-        shrink: u32,
     ) -> Result<FillStats, RenderError> {
-        let quick = RenderSettings {
-            size: settings.size.map(|side| side.div_ceil(shrink)),
-            ..*settings
-        };
         let mut done = FillStats::default();
         for _ in 0..MAX_PASSES {
-            self.render_async(camera, &quick).await?;
+            self.render_async(camera, settings).await?;
             let own = self.fill_pages(f64::INFINITY)?;
             done += own;
             if own.answered == 0 && !own.is_full {

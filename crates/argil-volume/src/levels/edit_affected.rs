@@ -1,0 +1,149 @@
+//! Finds and bakes the cells in which an edit can have changed a distance.
+//!
+//! *Theory.* The program of a page before the edit and the one after differ in the edited instructions only. Where a
+//! pruner drops these in both, the distances in a cell are the same, to the bit, and so they are in all finer cells
+//! within it: the search ends there.
+
+use super::bake::{BakedPage, PageContext, PageJob};
+use super::page::{NO_PAGE, Page, is_page, octant_place};
+use super::tree::Levels;
+use crate::{EditStats, Texel};
+use argil_abi::Instruction;
+use argil_field::{ChangeSet, Pruner};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// A page that an edit may have changed, with its program before and after.
+struct EditedPage {
+    slot: u32,
+    now: Arc<[Instruction]>,
+    then: Arc<[Instruction]>,
+}
+
+/// What an edit did to a page.
+struct EditedCells<T> {
+    slot: u32,
+    /// The cells that it may have changed, one bit each.
+    cells: u8,
+    baked: BakedPage<T>,
+    /// The programs of these cells.
+    lists: Vec<(u32, [Arc<[Instruction]>; 2])>,
+}
+
+impl Levels {
+    /// Bakes again the cells in which a touched instruction can matter, in the program after an edit or before it.
+    pub(super) fn edit_affected<T: Texel>(
+        &mut self,
+        context: &PageContext<'_>,
+        touched: &ChangeSet,
+        [now, then]: [&[Instruction]; 2],
+        done: &mut EditStats,
+    ) {
+        let (now, then): (Arc<[Instruction]>, Arc<[Instruction]>) = (now.into(), then.into());
+        let roots = self.roots.iter().filter(|&&slot| slot != NO_PAGE);
+        let mut open: Vec<EditedPage> = roots
+            .map(|&slot| EditedPage {
+                slot,
+                now: now.clone(),
+                then: then.clone(),
+            })
+            .collect();
+        while !open.is_empty() {
+            let edited: Vec<EditedCells<T>> = open
+                .into_par_iter()
+                .map_init(
+                    || (context.baker(), [context.pruner(), context.pruner()]),
+                    |(baker, pruners), page| {
+                        let (cells, lists) = self.affected(&page, touched, pruners);
+                        let job = PageJob {
+                            page: self.pages[page.slot as usize],
+                            list: page.now,
+                            cells: cells & self.known_cells(page.slot),
+                            measured: cells,
+                        };
+                        EditedCells {
+                            slot: page.slot,
+                            cells,
+                            baked: if cells == 0 {
+                                BakedPage::default()
+                            } else {
+                                baker.page(&job)
+                            },
+                            lists,
+                        }
+                    },
+                )
+                .filter(|page| page.cells != 0)
+                .collect();
+            let slots: Vec<u32> = edited.iter().map(|page| page.slot).collect();
+            let renewed: Vec<u8> = edited.iter().map(|page| page.cells).collect();
+            let (baked, lists): (Vec<_>, Vec<_>) = edited
+                .into_iter()
+                .map(|page| (page.baked, page.lists))
+                .unzip();
+            self.replace_cells(&slots, &baked, &renewed, done);
+            open = lists
+                .into_iter()
+                .flatten()
+                .filter_map(|(cell, [now, then])| {
+                    let slot = self.children[cell as usize];
+                    is_page(slot).then_some(EditedPage { slot, now, then })
+                })
+                .collect();
+        }
+    }
+
+    /// Returns the cells of a page in which a touched instruction can matter, one bit each, with the programs of those
+    /// that have pages below.
+    fn affected(
+        &self,
+        page: &EditedPage,
+        touched: &ChangeSet,
+        pruners: &mut [Pruner<'_>; 2],
+    ) -> (u8, Vec<(u32, [Arc<[Instruction]>; 2])>) {
+        let own: &Page = &self.pages[page.slot as usize];
+        let layout = self.layout.level(own.level);
+        let first = 2 * own.place();
+        let centers: [Vec3; 8] =
+            std::array::from_fn(|i| layout.center(first + octant_place(i as u32), 1));
+        let radius = layout.half_diagonal(1);
+        let is_one = |instr: &Instruction| touched.contains(instr);
+        let [of_now, of_then] = pruners;
+        let has_then = touched.intersects(&page.then);
+        if !has_then && !touched.intersects(&page.now) {
+            return (0, Vec::new());
+        }
+        of_now.classify_cells(&page.now, &centers, radius, &mut [0.0; 8]);
+        let mut cells = of_now.affected_cells(&page.now, is_one) as u8;
+        if has_then {
+            of_then.classify_cells(&page.then, &centers, radius, &mut [0.0; 8]);
+            cells |= of_then.affected_cells(&page.then, is_one) as u8;
+        }
+        let cut = |list: &Arc<[Instruction]>, pruner: &mut Pruner<'_>, i: usize| {
+            let mut own = Vec::new();
+            pruner.prune_into(list, i, &mut own);
+            // An instruction that matters can be missing, because another one covers it.
+            let count = pruner.affected_count(list, i, is_one);
+            if touched.count_in(&own) >= count {
+                own.into()
+            } else {
+                list.clone()
+            }
+        };
+        let below = (0..8u32).filter(|i| {
+            let child = self.children[(8 * page.slot + i) as usize];
+            cells >> i & 1 != 0 && is_page(child)
+        });
+        let programs = below.map(|i| {
+            let now = cut(&page.now, of_now, i as usize);
+            let then = if has_then {
+                cut(&page.then, of_then, i as usize)
+            } else {
+                Arc::default()
+            };
+            (8 * page.slot + i, [now, then])
+        });
+        (cells, programs.collect())
+    }
+}
