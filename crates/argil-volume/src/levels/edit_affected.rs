@@ -14,6 +14,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Fewer pages than this are not worth another thread.
+const MIN_PAGES: usize = 16;
+
 /// A page that an edit may have changed, with its program before and after.
 struct EditedPage {
     slot: u32,
@@ -52,6 +55,7 @@ impl Levels {
         while !open.is_empty() {
             let edited: Vec<EditedCells<T>> = open
                 .into_par_iter()
+                .with_min_len(MIN_PAGES)
                 .map_init(
                     || (context.baker(), [context.pruner(), context.pruner()]),
                     |(baker, pruners), page| {
