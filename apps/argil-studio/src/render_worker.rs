@@ -16,6 +16,10 @@ const FINEST: u32 = 64;
 const FILL_MS: f64 = 15.0;
 const REFINE_MS: f64 = 120.0;
 
+/// A still image is final if it lacks at most one brick for this many pixels: other samples of its pixels would need
+/// others.
+const FEW: u64 = 2000;
+
 /// A way to store and render a scene: one of the engine's representations, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Pipeline(&'static str);
@@ -159,6 +163,8 @@ struct KeptWorld {
     world: World,
     /// Version of the worker's copy.
     version: u64,
+    /// Duration of the last image in milliseconds.
+    frame_ms: f64,
 }
 
 /// The render worker.
@@ -259,14 +265,19 @@ impl RenderWorker {
         let kept = self.kept.last_mut().context("the worker has a world")?;
         let world = &mut kept.world;
         let mut settings = settings(world, request);
-        let start = Instant::now();
-        if request.is_still && !refine(world, request, &settings, start).await? {
+        // As long as a slow image takes, so that there are few of them before the final one.
+        let refine_ms = REFINE_MS.max(kept.frame_ms);
+        if request.is_still && !refine(world, request, &settings, refine_ms).await? {
             settings.samples = 1;
         }
         let drawn = world.render_with_distances_async(&request.camera, &settings);
         let (drawn, lengths): (RenderedImage, _) = drawn.await?;
+        kept.frame_ms = drawn.duration_ms;
         let missing = world.levels().map_or(0, Levels::request_count) as u64;
-        world.fill_pages(if request.is_still { REFINE_MS } else { FILL_MS })?;
+        let few = u64::from(request.size[0]) * u64::from(request.size[1]) / FEW;
+        let missing = if missing > few { missing } else { 0 };
+        let fill_ms = if request.is_still { refine_ms } else { FILL_MS };
+        world.fill_pages(fill_ms)?;
         let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.octree.map(|tree| tree.bricks);
@@ -309,6 +320,7 @@ impl RenderWorker {
                 resolution,
                 world,
                 version: self.version,
+                frame_ms: 0.0,
             });
             return Ok(None);
         };
@@ -333,18 +345,21 @@ impl RenderWorker {
     }
 }
 
-/// Bakes what a still image of levels needs. Returns whether that ended in time.
+/// Bakes what a still image of levels needs, within a time. Returns whether that was enough.
 async fn refine(
     world: &mut World,
     request: &RenderRequest,
     settings: &RenderSettings,
-    start: Instant,
+    max_ms: f64,
 ) -> anyhow::Result<bool> {
     if world.levels().is_none() {
         return Ok(true);
     }
-    let remaining_ms = || REFINE_MS - start.elapsed().as_secs_f64() * 1e3;
+    let start = Instant::now();
+    let remaining_ms = || max_ms - start.elapsed().as_secs_f64() * 1e3;
+    // Light needs little else than what rays do.
     let quick = RenderSettings {
+        mode: RenderMode::Normal,
         samples: 1,
         ..*settings
     };

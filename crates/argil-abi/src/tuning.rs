@@ -85,6 +85,8 @@ numbers! { NUMBERS:
     FEEDBACK_WORDS: u32 = 3;
     /// Voxels of light in levels, in those of rays.
     LIGHT_VOXELS: f32 = 2.0;
+    /// The shortest step of a shadow's ray through levels, in voxels of light.
+    MIN_STEP_VOXELS: f32 = 0.25;
     /// How far above the surface of levels light is gathered, in voxels of rays.
     LIFT_VOXELS: f32 = 1.5;
     /// Voxels of cones in levels, in those of rays.

@@ -9,6 +9,11 @@ fn light_lift(length: f32) -> f32 {
     return frame.light_offset;
 }
 
+// Returns the shortest step of a shadow's ray.
+fn light_step(length: f32) -> f32 {
+    return 2.0 * frame.epsilon;
+}
+
 fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     field_surface(p);
     return field_material;

@@ -108,9 +108,11 @@ fn trace_levels(
         notes,
     };
     march(frame, &mut marched, near, wave, out);
-    if frame.mode == abi::MODE_LEVELS {
-        for hit in out[..tile.area()].iter_mut().filter(|hit| hit.id != 0) {
-            hit.id = rays.level_id(hit.id - 1, hit.normal_t[3]);
+    for hit in out[..tile.area()].iter_mut().filter(|hit| hit.id != 0) {
+        match frame.mode {
+            abi::MODE_LEVELS => hit.id = rays.level_id(hit.id - 1, hit.normal_t[3]),
+            abi::MODE_BRICKS => hit.id = rays.place_id(hit.id - 1),
+            _ => {}
         }
     }
     rays.note(notes);

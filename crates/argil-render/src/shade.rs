@@ -49,6 +49,14 @@ impl Sky<'_> {
         }
     }
 
+    /// Returns the shortest step of a shadow's ray, for a hit at a length of its ray.
+    fn min_step(self, frame: &FrameUniform, length: f32) -> f32 {
+        match self.0 {
+            None => 2.0 * frame.epsilon,
+            Some(air) => air.min_step(frame, length),
+        }
+    }
+
     /// Returns how far above the surface the shadow of a hit at a length of its ray begins.
     fn lift(self, frame: &FrameUniform, length: f32) -> f32 {
         match self.0 {
@@ -167,7 +175,9 @@ impl Shading {
         };
         let lifted = |i: u32| {
             let (p, n) = surface(i);
-            (p + n * air.lift(frame, hits[i as usize].normal_t[3]), n)
+            let length = hits[i as usize].normal_t[3];
+            let origin = p + n * air.lift(frame, length);
+            (origin, n, air.min_step(frame, length))
         };
 
         // Materials at the solid's surface. The ground has its own. The field gives what bricks do not have.
@@ -228,7 +238,7 @@ impl Shading {
         probe: &mut FieldProbe<'_>,
         air: Sky<'_>,
         points: &mut Points,
-        origin: impl Fn(u32) -> (Vec3, Vec3),
+        origin: impl Fn(u32) -> (Vec3, Vec3, f32),
     ) {
         let sun = sun_direction(frame);
         let bounds = bounds_of(frame);
@@ -238,14 +248,20 @@ impl Shading {
         self.sun.resize(self.lit.len(), 1.0);
         wave.clear();
         for (k, &i) in self.lit.iter().enumerate() {
-            let (origin, n) = origin(i);
+            let (origin, n, min_step) = origin(i);
             match (Ray {
                 origin,
                 direction: sun,
             })
             .span(bounds)
             {
-                Some((near, far)) if n.dot(sun) > 0.0 => wave.push(k as u32, origin, (near, far)),
+                Some((near, far)) if n.dot(sun) > 0.0 => {
+                    wave.push(k as u32, origin, (near, far));
+                    // A shadow ray stores its shortest step where a primary one stores its side.
+                    if let Some(side) = wave.side.last_mut() {
+                        *side = min_step;
+                    }
+                }
                 // A side that faces away from the sun needs no ray, and a ray that misses the box meets nothing.
                 _ => {}
             }
@@ -282,7 +298,7 @@ impl Shading {
                     };
                     let least = &mut self.sun[wave.pixel[i] as usize];
                     *least = least.min(share);
-                    wave.t[i] = t + (d * step_scale).max(2.0 * epsilon);
+                    wave.t[i] = t + (d * step_scale).max(wave.side[i]);
                     if share <= 0.005 || wave.t[i] >= wave.end[i] {
                         wave.retire(i);
                     }

@@ -57,7 +57,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         let d = light_distance(ray.origin + ray.direction * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
         share = min(share, own);
-        t += max(d * frame.inv_lipschitz, 2.0 * epsilon);
+        t += max(d * frame.inv_lipschitz, light_step(hit.normal_t.w));
         if own <= 0.005 || t >= span.y {
             t = -1.0;
         }

@@ -47,6 +47,11 @@ pub trait DistanceSource: Sync {
     /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);
 
+    /// Returns the shortest step of a shadow's ray, for a hit at a length of its ray.
+    fn min_step(&self, frame: &FrameUniform, _length: f32) -> f32 {
+        2.0 * frame.epsilon
+    }
+
     /// Returns how far above the surface the shadow of a hit at a length of its ray begins.
     fn lift(&self, frame: &FrameUniform, _length: f32) -> f32 {
         frame.light_offset

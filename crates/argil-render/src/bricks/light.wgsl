@@ -35,6 +35,11 @@ fn light_lift(length: f32) -> f32 {
     return frame.light_offset;
 }
 
+// Returns the shortest step of a shadow's ray.
+fn light_step(length: f32) -> f32 {
+    return 2.0 * frame.epsilon;
+}
+
 // Returns the position of a material's sample in voxels.
 fn material_place(nth: vec3<u32>) -> vec3<u32> {
     let steps = MATERIAL_SIDE - 1u;

@@ -13,6 +13,8 @@ use glam::Vec3;
 
 /// Voxels of light, in those of rays.
 const LIGHT_VOXELS: f32 = argil_abi::LIGHT_VOXELS;
+/// The shortest step of a shadow's ray, in voxels of light.
+const MIN_STEP_VOXELS: f32 = argil_abi::MIN_STEP_VOXELS;
 /// How far above the surface light is gathered, in voxels of rays.
 const LIFT_VOXELS: f32 = argil_abi::LIFT_VOXELS;
 
@@ -48,6 +50,11 @@ impl DistanceSource for LevelRays<'_> {
             self.levels().note(&used[..count], &asked);
             asked.clear();
         }
+    }
+
+    fn min_step(&self, frame: &FrameUniform, length: f32) -> f32 {
+        let voxel = LIGHT_VOXELS * self.size * length;
+        (2.0 * frame.epsilon).max(MIN_STEP_VOXELS * voxel)
     }
 
     fn lift(&self, frame: &FrameUniform, length: f32) -> f32 {

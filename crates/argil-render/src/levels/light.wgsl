@@ -36,6 +36,10 @@ fn light_lift(length: f32) -> f32 {
     return max(frame.light_offset, LIFT_VOXELS * volume.pixel_error * frame.pixel_width * length);
 }
 
+fn light_step(length: f32) -> f32 {
+    return max(2.0 * frame.epsilon, MIN_STEP_VOXELS * LIGHT_VOXELS * volume.pixel_error * frame.pixel_width * length);
+}
+
 // GPU version of LevelSampler::material. The field provides what bricks do not store.
 fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     let found = locate_brick(p, 1.0);

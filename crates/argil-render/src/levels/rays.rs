@@ -75,6 +75,16 @@ impl<'a> LevelRays<'a> {
         1 + level + if is_missing { abi::LEVEL_MISSING } else { 0 }
     }
 
+    /// Returns the id of a cell for the mode that shows bricks: it depends on the cell's place, and not on when it was
+    /// baked.
+    pub(super) fn place_id(&self, cell: u32) -> u32 {
+        let page = self.levels().pages()[cell as usize / 8];
+        let [x, y, z] = page.origin.map(|c| c as u32);
+        let place =
+            x.wrapping_mul(0x8da6_b343) ^ y.wrapping_mul(0xd816_3841) ^ z.wrapping_mul(0xcb1a_b31f);
+        (place ^ (8 * page.level + cell % 8).wrapping_mul(0x9e37_79b9)) | 1
+    }
+
     /// Notes what a tile used and lacked.
     pub(super) fn note(&self, notes: &mut PageNotes) {
         notes.used.sort_unstable();

@@ -148,6 +148,10 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     if frame.mode == MODE_LEVELS {
         seen = 1u + hit_level + select(0u, LEVEL_MISSING, hit_gap > 0.0);
     }
+    if frame.mode == MODE_BRICKS && kind != HIT_NONE {
+        let origin = bitcast<vec3<u32>>(page_origin(last_cell / 8u)) * vec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
+        seen = (origin.x ^ origin.y ^ origin.z ^ ((8u * hit_level + (last_cell & 7u)) * 0x9e3779b9u)) | 1u;
+    }
     seen = select(seen, 0u, kind == HIT_NONE);
     hits[at_pixel] = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
 }
