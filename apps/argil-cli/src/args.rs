@@ -203,8 +203,8 @@ pub(crate) struct MeshArgs {
     /// Output file: .glb, .obj, .ply or .stl; without it, the triangles are only counted and timed
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// What to mesh: field, dense or bricks [default: the field of a scene, or the contents of a volume file]
-    #[arg(long, value_parser = RepresentationsExcept(&["octree", "levels", "mesh"]))]
+    /// What to mesh: field, dense, bricks or levels [default: the field of a scene, or the contents of a volume file]
+    #[arg(long, value_parser = RepresentationsExcept(&["octree", "mesh"]))]
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,

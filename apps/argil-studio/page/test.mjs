@@ -157,7 +157,7 @@ assert.deepEqual([png.bytes.readUInt32BE(16), png.bytes.readUInt32BE(20)], [1920
 step("exported the scene, a mesh and a picture");
 
 // What the pipelines draw is nearly the same; what they say is not.
-for (const pipeline of ["Field", "Dense", "Octree", "Mesh", "Bricks"]) {
+for (const pipeline of ["Field", "Dense", "Octree", "Mesh", "Bricks", "Levels"]) {
   await click(pipeline);
   await picture();
   assert.equal(await fault(), "");

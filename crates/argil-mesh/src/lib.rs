@@ -2,6 +2,7 @@
 #![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
 pub mod dual_contouring;
+pub mod levels;
 pub mod marching;
 mod mesh;
 mod mesh_normals;

@@ -33,6 +33,7 @@ mod edit_affected;
 mod evict;
 mod fill;
 mod layout;
+mod leaves;
 mod light;
 mod lists;
 mod page;
@@ -44,6 +45,7 @@ mod volume_kind;
 
 pub use fill::FillStats;
 pub use layout::LevelsLayout;
+pub use leaves::LeafCell;
 pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page};
 pub use pending::LevelsPendingEdits;
 pub use requests::PageRequest;

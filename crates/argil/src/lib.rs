@@ -12,6 +12,7 @@ mod error;
 mod field_mesh;
 mod heightmap;
 mod image;
+mod levels_mesh;
 mod limits;
 mod memory;
 mod mesh_assets;

@@ -94,7 +94,7 @@ pub struct VertexError {
 
 impl VertexError {
     /// Computes the error of vertices from their distances, for a surface at distance `iso`.
-    fn of(distances: &[f32], iso: f32, voxel_size: f32) -> Self {
+    pub(crate) fn of(distances: &[f32], iso: f32, voxel_size: f32) -> Self {
         let voxels = |d: f32| f64::from((d - iso).abs() / voxel_size);
         let square: f64 = distances.iter().map(|&d| voxels(d).powi(2)).sum();
         Self {
@@ -153,6 +153,11 @@ pub enum MeshError {
     /// The volume has no surface at that distance.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// Levels have triangles of several sizes already, on the exact surface.
+    #[error(
+        "levels of detail are meshed at iso level 0, with normals of the field or of faces, and without simplifying: choose the pixel error instead"
+    )]
+    Levels,
     /// Dual contouring was asked of a volume, which has no exact normals, or of another iso level.
     #[error(
         "dual contouring needs the exact field and iso level 0: mesh the field of a scene, or use marching cubes"
@@ -194,6 +199,9 @@ impl World {
         }
         let start = Instant::now();
         let mut stages = Stages::of(self.engine());
+        if let Some(levels) = self.levels() {
+            return self.mesh_of_levels(levels, options, stages);
+        }
         let program = self.program();
         let mut made = None;
         let is_dual = options.method == MeshMethod::DualContouring;
