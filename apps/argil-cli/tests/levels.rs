@@ -59,3 +59,66 @@ fn a_camera_follows_a_path() {
     );
     fails(&["render", &city, "--path", "walk"], 2, "--frames");
 }
+
+/// A mesh has small triangles where the camera is, and no cracks where they become larger.
+#[test]
+fn a_mesh_of_levels_is_closed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let near = folder.path().join("near.json");
+    // A camera close to the ground, so that nine levels are in use.
+    let text = r#"{"argil": 1, "view": {"camera": {"look_at": {"eye": [0.02, 0.03, 0.1], "target": [0, 0, 0]}}},
+        "brushes": [
+            {"shape": {"type": "box", "half_size": [2, 0.2, 2]}, "modifiers": [
+                {"type": "displace", "amplitude": 0.05, "frequency": 3, "octaves": 2, "seed": 1},
+                {"type": "translate", "by": [0, -0.2, 0]}]},
+            {"shape": {"type": "sphere", "radius": 0.4}, "operator": "subtract", "blend": 0.1, "modifiers": [
+                {"type": "translate", "by": [0.8, 0, -0.6]}]},
+            {"shape": {"type": "torus", "major_radius": 0.3, "minor_radius": 0.01}, "modifiers": [
+                {"type": "translate", "by": [-0.9, 0.2, 0.3]}]}]}"#;
+    std::fs::write(&near, text).expect("a file");
+    let scene = near.display().to_string();
+    let levels = ["--via", "levels", "--resolution", "8192"];
+    let even = [
+        "mesh",
+        &scene,
+        "--resolution",
+        "256",
+        "--json",
+        "--device",
+        "cpu",
+    ];
+    let even = json(&argil(&even));
+    let file = folder.path().join("out.stl");
+    let file = file.display().to_string();
+    let out = [
+        "--pixel-error",
+        "8",
+        "-o",
+        &file,
+        "--json",
+        "--device",
+        "gpu",
+    ];
+    let report = json(&argil(&[&["mesh", &scene][..], &levels, &out].concat()));
+    assert_eq!(report["watertight"], true, "{report}");
+    let mesh = argil::mesh::read(file.as_ref()).expect("a mesh file");
+    let mesh = mesh.welded();
+    let own = argil::mesh::MeshReport::of(&mesh);
+    assert!(own.is_watertight(), "{own:?}");
+    // The finest edges are much shorter than the longest.
+    let mut lengths: Vec<f32> = (0..mesh.triangles.len())
+        .map(|triangle| {
+            let [a, b, _] = mesh.triangle_vertices(triangle);
+            a.distance(b)
+        })
+        .collect();
+    lengths.sort_by(f32::total_cmp);
+    let (short, long) = (lengths[lengths.len() / 50], lengths[lengths.len() - 1]);
+    assert!(long > 30.0 * short, "{short} {long}");
+    // The volume is that of a mesh of one size.
+    let volume = |report: &serde_json::Value| report["enclosed_volume"].as_f64().unwrap_or(0.0);
+    let (a, b) = (volume(&report), volume(&even));
+    assert!((a - b).abs() < 5e-3 * b, "{a} {b}");
+    let simple = [&["mesh", &scene][..], &levels, &["--max-triangles", "1000"]].concat();
+    fails(&simple, 1, "choose the pixel error instead");
+}

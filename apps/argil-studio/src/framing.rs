@@ -1,7 +1,7 @@
 //! Framing of the view, and views side by side.
 
 use crate::node_transform::NodeTransform;
-use crate::render_worker::Pipeline;
+use crate::pipeline::Pipeline;
 use crate::session::Session;
 use crate::view::ViewState;
 use argil::glam::Vec3;

@@ -43,6 +43,7 @@ mod opening;
 mod outliner;
 mod overlay;
 mod picking;
+mod pipeline;
 mod preferences;
 mod ready;
 mod recovery;

@@ -117,7 +117,7 @@ pub(crate) fn moved_paths(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render_worker::Pipeline;
+    use crate::pipeline::Pipeline;
     use crate::viewport_camera::ViewportCamera;
     use argil::Engine;
     use argil::render::RenderMode;

@@ -1,7 +1,7 @@
 //! Preferences, which are saved between sessions.
 
 use crate::commands::{self, Command, CommandInfo};
-use crate::render_worker::Pipeline;
+use crate::pipeline::Pipeline;
 use eframe::egui::{KeyboardShortcut, ThemePreference};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

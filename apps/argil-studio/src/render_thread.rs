@@ -240,7 +240,7 @@ impl RenderThread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render_worker::Pipeline;
+    use crate::pipeline::Pipeline;
     use crate::sample_scenes::first;
     use crate::viewport_camera::ViewportCamera;
     use argil::render::RenderMode;

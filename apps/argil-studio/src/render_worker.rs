@@ -1,17 +1,15 @@
 //! Renders the scene: a copy that applies the document's actions, and a world for each visible pipeline.
 
+use crate::pipeline::Pipeline;
 use anyhow::Context;
 use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
 use argil::scene::{Action, Scene};
 use argil::volume::Levels;
-use argil::{DenseOptions, Engine, LevelsOptions, RenderedImage, Representation, World};
-use serde::{Deserialize, Serialize};
+use argil::{Engine, RenderedImage, World};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
 
-/// Voxels of the finest level, per voxel of the resolution: levels are that fine only where the camera is near.
-const FINEST: u32 = 64;
 /// Durations of baking bricks of levels, after an image during movement and around a still one.
 const FILL_MS: f64 = 15.0;
 const REFINE_MS: f64 = 120.0;
@@ -19,86 +17,6 @@ const REFINE_MS: f64 = 120.0;
 /// A still image is final if it lacks at most one brick for this many pixels: other samples of its pixels would need
 /// others.
 const FEW: u64 = 2000;
-
-/// A way to store and render a scene: one of the engine's representations, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Pipeline(&'static str);
-
-impl Pipeline {
-    /// Returns all pipelines.
-    pub(crate) fn all() -> impl Iterator<Item = Self> {
-        Representation::all(1).into_iter().map(Self::of)
-    }
-
-    /// Returns the exact field, which needs no build.
-    pub(crate) fn field() -> Self {
-        Self::of(Representation::Field)
-    }
-
-    fn of(via: Representation) -> Self {
-        Self(via.name())
-    }
-
-    /// Returns the label.
-    pub(crate) fn label(self) -> String {
-        let (first, rest) = self.0.split_at(1);
-        first.to_uppercase() + rest
-    }
-
-    /// Returns true if it has what a render mode shows.
-    pub(crate) fn supports(self, show: RenderMode) -> bool {
-        self.via(1).supports_mode(show)
-    }
-
-    /// Returns the engine's representation.
-    pub(crate) fn via(self, resolution: u32) -> Representation {
-        let all = Representation::all(resolution);
-        let found = all.into_iter().find(|via| via.name() == self.0);
-        match found.unwrap_or_default() {
-            Representation::Dense(options) => Representation::Dense(DenseOptions {
-                mips: true,
-                ..options
-            }),
-            Representation::Levels(options) => Representation::Levels(LevelsOptions {
-                resolution: FINEST * resolution,
-                ..options
-            }),
-            via => via,
-        }
-    }
-}
-
-impl Default for Pipeline {
-    fn default() -> Self {
-        Self::of(LevelsOptions::default().into())
-    }
-}
-
-impl Serialize for Pipeline {
-    fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
-        out.serialize_str(&self.label())
-    }
-}
-
-/// An unknown name becomes the default.
-impl<'de> Deserialize<'de> for Pipeline {
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let word = String::deserialize(from)?.to_lowercase();
-        let found = Self::all().find(|own| own.0 == word);
-        Ok(found.unwrap_or_default())
-    }
-}
-
-/// Render modes and their labels.
-pub(crate) const SHOWS: [(RenderMode, &str); 6] = [
-    (RenderMode::Shaded, "Shaded"),
-    (RenderMode::Normal, "Normal"),
-    (RenderMode::Depth, "Depth"),
-    (RenderMode::Heat, "Heat"),
-    // A pipeline is also called bricks.
-    (RenderMode::Bricks, "Brick colors"),
-    (RenderMode::Levels, "Level colors"),
-];
 
 /// A request for images.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The tool bar and the status bar.
 
 use crate::commands::{self, Command};
-use crate::render_worker::{Pipeline, SHOWS};
+use crate::pipeline::{Pipeline, SHOWS};
 use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::view::{Tool, ViewState};

@@ -1,6 +1,7 @@
 //! The images in the viewport.
 
-use crate::render_worker::{Pipeline, RenderRequest, WorkerImage};
+use crate::pipeline::Pipeline;
+use crate::render_worker::{RenderRequest, WorkerImage};
 use argil::glam::Vec2;
 use eframe::egui::TextureHandle;
 use std::time::Duration;

@@ -2,6 +2,7 @@
 //! to frame.
 
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
+use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
 use crate::storage_buffer::StorageBuffer;
@@ -23,36 +24,6 @@ pub(crate) struct FramePasses<'a> {
     pub layout: &'a wgpu::BindGroupLayout,
     pub pipelines: &'a [wgpu::ComputePipeline],
     pub resolve: &'a ResolvePass,
-}
-
-/// Triangles that a sample begins with.
-pub(crate) trait Drawing: Sync {
-    /// Draws them with a frame at an offset of a buffer of frames.
-    fn draw(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        frames: (&wgpu::Buffer, u32),
-        timing: Option<&mut Timing>,
-    );
-}
-
-/// What only some representations need of a frame.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct FrameExtras<'a> {
-    /// Triangles that each sample begins with.
-    pub drawing: Option<&'a dyn Drawing>,
-    /// A table that rays mark. It is cleared before, and downloaded with the picture.
-    pub marks: Option<&'a StorageBuffer>,
-}
-
-/// A frame that was downloaded.
-pub(crate) struct DrawnFrame {
-    pub picture: RenderOutput,
-    /// The duration of its passes.
-    pub duration_ms: f64,
-    /// What rays marked.
-    pub marks: Vec<u8>,
 }
 
 /// The buffers of a frame's size.
@@ -376,16 +347,16 @@ impl FrameBuffers {
                 }
             }
         }
-        self.copy_to_staging(&mut encoder);
+        self.copy_to_staging(&mut encoder, extras);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Copies the pixels, the counts and the marks to staging buffers.
+    fn copy_to_staging(&self, encoder: &mut wgpu::CommandEncoder, extras: FrameExtras<'_>) {
         let marks = extras.marks.and_then(StorageBuffer::buffer);
         if let (Some(marks), Some(staging)) = (marks, &self.marks_staging) {
             encoder.copy_buffer_to_buffer(marks, 0, staging, 0, staging.size());
         }
-        gpu.queue.submit([encoder.finish()]);
-    }
-
-    /// Copies the pixels and the counts to the staging buffer.
-    fn copy_to_staging(&self, encoder: &mut wgpu::CommandEncoder) {
         if let (Some(pixels), Some(counts)) = (self.pixels.buffer(), self.counts.buffer()) {
             let first = 4 * self.key.pixels();
             encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);

@@ -19,6 +19,8 @@ mod device;
 #[cfg(feature = "device")]
 mod frame;
 #[cfg(feature = "device")]
+mod frame_extras;
+#[cfg(feature = "device")]
 mod levels;
 #[cfg(feature = "device")]
 mod march_passes;

@@ -6,8 +6,8 @@ use argil_field::{IncrementalProgram, Program};
 use argil_mesh::Mesh;
 use argil_render::{RenderOutput, Triangles};
 use argil_volume::{
-    BrickLayout, BrickTest, EditStats, Encoding, OctreeLayout, PendingEdits, Volume, VolumeInfo,
-    VoxelGrid,
+    BrickLayout, BrickTest, EditStats, Encoding, Levels, OctreeLayout, PendingEdits, Volume,
+    VolumeInfo, VoxelGrid,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -139,6 +139,24 @@ impl GpuVolume {
     /// Never.
     pub async fn upload(field: &GpuProgram, _: &Volume) -> Result<Self, GpuError> {
         match *field {}
+    }
+
+    /// Returns the levels of detail, of which the device has a copy.
+    pub fn levels(&self) -> Option<&Levels> {
+        match *self {}
+    }
+
+    /// Returns the same levels, to change them.
+    pub fn levels_mut(&mut self) -> Option<&mut Levels> {
+        match *self {}
+    }
+
+    /// Uploads what changed in the levels.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn follow_levels(&mut self, _: &Gpu) -> Result<(), GpuError> {
+        match *self {}
     }
 
     /// Builds a dense volume.

@@ -1,7 +1,7 @@
 //! Triangles on the device, drawn with a depth buffer.
 
 use crate::bindings::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
-use crate::frame::{Drawing, FrameExtras};
+use crate::frame_extras::{Drawing, FrameExtras};
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;

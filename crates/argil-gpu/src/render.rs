@@ -4,7 +4,8 @@ use crate::bindings::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
     pipelines,
 };
-use crate::frame::{DrawnFrame, FrameBuffers, FrameExtras, FramePasses};
+use crate::frame::{FrameBuffers, FramePasses};
+use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
 use crate::trace_mode::{BoundResource, TraceMode};

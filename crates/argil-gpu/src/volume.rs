@@ -1,6 +1,6 @@
 //! A volume on the device: what all kinds share, and the trait that each implements in its own file.
 
-use crate::frame::FrameExtras;
+use crate::frame_extras::FrameExtras;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;

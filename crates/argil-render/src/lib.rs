@@ -5,6 +5,7 @@ mod brick_march;
 mod bricks;
 mod camera;
 mod dense;
+mod false_colors;
 mod image;
 mod levels;
 mod octree;
@@ -70,7 +71,10 @@ pub mod wgsl {
     pub const LEVELS: &str = concat!(
         include_str!("field_normal.wgsl"),
         include_str!("brick_field_normals.wgsl"),
+        include_str!("levels/records.wgsl"),
         include_str!("levels/locate.wgsl"),
+        include_str!("levels/distances.wgsl"),
+        include_str!("levels/clearance.wgsl"),
         include_str!("bricks/cubic.wgsl"),
         include_str!("levels/intersect.wgsl"),
         include_str!("levels/step.wgsl"),

@@ -1,58 +1,12 @@
 //! Levels of detail, against bricks, the field, and fresh bakes.
 
+mod levels_common;
+
 use argil::prelude::*;
 use argil::scene::Edit;
 use argil::volume::Volume;
 use argil::{LevelsOptions, World};
-
-fn scene() -> Result<Scene, Box<dyn std::error::Error>> {
-    let mut scene = Scene::new();
-    scene.push(Brush::new(Shape::cuboid([2.0, 0.1, 2.0])).at([0.0, -0.1, 0.0]))?;
-    for i in 0..40u16 {
-        let along = |k: u16| f32::from(i * k % 41) / 41.0 * 3.6 - 1.8;
-        let shape = match i % 3 {
-            0 => Shape::sphere(0.12),
-            1 => Shape::cuboid([0.1, 0.15, 0.05]),
-            _ => Shape::torus(0.1, 0.03),
-        };
-        scene.push(
-            Brush::new(shape)
-                .smooth(0.02)
-                .at([along(7), 0.08, along(13)]),
-        )?;
-    }
-    Ok(scene)
-}
-
-fn levels_of(scene: &Scene, options: LevelsOptions) -> Result<World, Box<dyn std::error::Error>> {
-    levels_on(&Engine::cpu(), scene, options)
-}
-
-fn levels_on(
-    engine: &Engine,
-    scene: &Scene,
-    options: LevelsOptions,
-) -> Result<World, Box<dyn std::error::Error>> {
-    Ok(engine.build(scene)?.with_representation(options)?)
-}
-
-fn engines() -> [Engine; 2] {
-    [
-        Engine::cpu(),
-        Engine::with_backend(Backend::Gpu).expect("a GPU"),
-    ]
-}
-
-/// Counts cells that differ from a fresh bake. A device must have what the CPU has, to the bit.
-fn differing(world: &World) -> u64 {
-    let levels = world.levels().expect("levels");
-    let there = world.volume().expect("a download");
-    let Some(Volume::Levels(there)) = there.as_deref() else {
-        return u64::MAX;
-    };
-    assert!(there == levels, "the device has other pages");
-    levels.differing_cells(world.program())
-}
+use levels_common::{differing, engines, levels_of, levels_on, scene};
 
 /// At rest, an image no longer changes, lacks nothing, and hits what the field has there.
 #[test]
@@ -365,90 +319,5 @@ fn a_full_budget_makes_all_equally_coarse() -> Result<(), Box<dyn std::error::Er
     }
     let levels = world.levels().expect("levels");
     assert_eq!(levels.effective_pixel_error(), 1.0);
-    Ok(())
-}
-
-/// On a random walk with edits of instances and brushes, what is resident is what a fresh bake has, to the bit. Set
-/// ARGIL_WALK_STEPS for a longer walk than 60 steps.
-#[test]
-fn a_random_walk_with_edits_equals_a_fresh_bake() -> Result<(), Box<dyn std::error::Error>> {
-    engines().iter().try_for_each(walks)
-}
-
-fn walks(engine: &Engine) -> Result<(), Box<dyn std::error::Error>> {
-    let steps = std::env::var("ARGIL_WALK_STEPS").ok();
-    let steps: u32 = steps.and_then(|steps| steps.parse().ok()).unwrap_or(60);
-    let mut seed = 5u32;
-    let mut random = move |low: f32, high: f32| {
-        seed ^= seed << 13;
-        seed ^= seed >> 17;
-        seed ^= seed << 5;
-        low + (high - low) * ((seed >> 8) as f32 / 16_777_216.0)
-    };
-    let mut scene = scene()?;
-    let poses: Vec<argil::scene::Pose> = (0..50)
-        .map(|_| {
-            [
-                random(-1.8, 1.8),
-                0.0,
-                random(-1.8, 1.8),
-                random(0.0, 360.0),
-                0.5,
-            ]
-            .into()
-        })
-        .collect();
-    let row = Brush::new(Shape::sphere(0.05)).with_modifier(Modifier::Instances {
-        poses: poses.into(),
-    });
-    scene.push(row)?;
-    let options = LevelsOptions {
-        memory_budget: 3 << 20,
-        ..LevelsOptions::from(4096)
-    };
-    let mut world = levels_on(engine, &scene, options)?;
-    let settings = world.render_settings([64, 36], RenderMode::Normal);
-    let mut nodes = Vec::new();
-    let mut eye = [0.0f32, 0.6, 0.0];
-    let mut different = 0;
-    for step in 0..steps {
-        for (axis, limit) in [(0, 1.8f32), (2, 1.8)] {
-            eye[axis] = (eye[axis] + random(-0.3, 0.3)).clamp(-limit, limit);
-        }
-        let near = [
-            eye[0] + random(-0.3, 0.3),
-            random(0.0, 0.3),
-            eye[2] + random(-0.3, 0.3),
-        ];
-        match step % 3 {
-            0 => {
-                let brush = Brush::new(Shape::sphere(random(0.02, 0.1)));
-                let brush = if random(0.0, 1.0) < 0.5 {
-                    brush.subtract()
-                } else {
-                    brush
-                };
-                nodes.push(scene.push(brush.smooth(random(0.0, 0.03)).at(near))?.node);
-            }
-            1 if nodes.len() > 8 => {
-                scene.apply(Edit::Remove {
-                    node: nodes.remove(0),
-                })?;
-            }
-            _ => {}
-        }
-        world.apply(&scene)?;
-        let camera = Camera {
-            eye: eye.into(),
-            target: [near[0], 0.0, near[2] + 0.2].into(),
-            field_of_view_degrees: 60.0,
-        };
-        world.render(&camera, &settings)?;
-        world.fill_pages(f64::INFINITY).expect("filled");
-        if step % 10 == 9 {
-            different += differing(&world);
-        }
-    }
-    assert_eq!(different + differing(&world), 0);
     Ok(())
 }

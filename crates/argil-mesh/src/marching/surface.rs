@@ -11,8 +11,8 @@ pub enum SurfaceError {
     /// An octree's vacant cells have no samples to mesh.
     #[error("an octree cannot be meshed: use the field, a dense volume or sparse bricks")]
     Octree,
-    /// Levels of detail have holes where pages are missing.
-    #[error("levels of detail cannot be meshed: use the field, a dense volume or sparse bricks")]
+    /// Levels of detail have voxels of several sizes: see [`crate::levels::mesh_levels`].
+    #[error("marching cubes needs voxels of one size, and levels of detail have several")]
     Levels,
     /// Bricks store only the surface at distance 0.
     #[error(

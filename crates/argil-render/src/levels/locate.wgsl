@@ -1,5 +1,4 @@
-// GPU version of sampler.rs in argil-volume's levels: finds the finest usable cell at a point. `cells` holds the slots
-// of the coarsest pages, a record for each page, and the materials of bricks.
+// GPU version of sampler.rs in argil-volume's levels: finds the finest usable cell at a point.
 
 // A cell, and the position of a point in it.
 struct LevelCell {
@@ -17,56 +16,6 @@ struct LevelCell {
 
 const OWN_BRICK: u32 = 8u;
 const NOTHING: u32 = 9u;
-
-fn record(slot: u32) -> u32 {
-    return volume.records_at + RECORD_WORDS * slot;
-}
-
-fn page_level(slot: u32) -> u32 {
-    return cells[record(slot) + 3u];
-}
-
-fn page_parent(slot: u32) -> u32 {
-    return cells[record(slot) + 4u];
-}
-
-fn page_origin(slot: u32) -> vec3<i32> {
-    let at = record(slot);
-    return bitcast<vec3<i32>>(vec3(cells[at], cells[at + 1u], cells[at + 2u]));
-}
-
-fn cell_word(cell: u32) -> u32 {
-    return cells[record(cell / 8u) + 8u + (cell & 7u)];
-}
-
-fn cell_child(cell: u32) -> u32 {
-    return cells[record(cell / 8u) + 16u + (cell & 7u)];
-}
-
-fn is_brick(word: u32) -> bool {
-    return (word & WORD_EMPTY) == 0u;
-}
-
-fn center_of(word: u32) -> f32 {
-    return bitcast<f32>((word & ~WORD_BLOCK_EMPTY) << 1u);
-}
-
-fn level_scale(level: u32) -> f32 {
-    return bitcast<f32>((127u + level) << 23u);
-}
-
-fn octant_of(voxel: vec3<i32>, bit: u32) -> u32 {
-    let half = vec3<u32>((voxel >> vec3(bit)) & vec3(1));
-    return half.x | (half.y << 1u) | (half.z << 2u);
-}
-
-fn octant_place(octant: u32) -> vec3<f32> {
-    return vec3<f32>(vec3(octant & 1u, (octant >> 1u) & 1u, (octant >> 2u) & 1u));
-}
-
-fn eye_voxel() -> vec3<i32> {
-    return vec3(volume.eye_x, volume.eye_y, volume.eye_z);
-}
 
 // Returns a level for voxels of a size at most.
 fn level_of(size: f32) -> u32 {
@@ -162,57 +111,4 @@ fn locate(away: vec3<f32>, wanted: u32, start: u32) -> LevelCell {
     let last = vec3(volume.last_x, volume.last_y, volume.last_z);
     let whole = vec3<i32>(floor(clamp(point, vec3(-1e9), vec3(1e9))));
     return placed(search(clamp(eye_voxel() + whole, first, last), wanted, start), point);
-}
-
-fn sample_at(texel: vec3<u32>) -> f32 {
-    return textureLoad(stored, texel, 0).x;
-}
-
-// Interpolates the distances of a brick, at a position in it. A filter would round by the brick's place in the pool,
-// and an image would depend on the order in which bricks came.
-fn brick_distance(word: u32, inner: vec3<f32>, voxel: f32) -> f32 {
-    let low = min(floor(inner), vec3(7.0));
-    let part = inner - low;
-    let at = 9u * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u) + vec3<u32>(low);
-    let x0 = mix(sample_at(at), sample_at(at + vec3(1u, 0u, 0u)), part.x);
-    let x1 = mix(sample_at(at + vec3(0u, 1u, 0u)), sample_at(at + vec3(1u, 1u, 0u)), part.x);
-    let x2 = mix(sample_at(at + vec3(0u, 0u, 1u)), sample_at(at + vec3(1u, 0u, 1u)), part.x);
-    let x3 = mix(sample_at(at + vec3(0u, 1u, 1u)), sample_at(at + vec3(1u)), part.x);
-    return mix(mix(x0, x1, part.y), mix(x2, x3, part.y), part.z) * (volume.band_voxels * voxel);
-}
-
-// GPU version of LevelSampler::empty_cell_distance: a signed lower bound, in a cell without a brick.
-fn empty_distance(found: LevelCell) -> f32 {
-    let center = center_of(found.word);
-    let p = found.inner - 4.0;
-    let way = volume.steepness * found.voxel * sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-    let left = max(abs(center) - way, 1e-30);
-    return select(left, -left, center < 0.0);
-}
-
-// Returns the distance at a cell's point.
-fn level_distance(found: LevelCell) -> f32 {
-    let in_brick = is_brick(found.word);
-    return select(empty_distance(found), brick_distance(select(0u, found.word, in_brick), found.inner, found.voxel), in_brick);
-}
-
-fn set_bits(at: u32, bits: u32) {
-    if (atomicLoad(&feedback[at]) & bits) != bits {
-        atomicOr(&feedback[at], bits);
-    }
-}
-
-// Notes that a ray used a cell, and what it lacked.
-fn note(found: LevelCell) {
-    set_bits(FEEDBACK_HEAD + FEEDBACK_WORDS * (found.cell / 8u), 1u << (found.cell & 7u));
-    if found.lacks_child == NOTHING {
-        return;
-    }
-    let inner = found.lacks & 7u;
-    let at = FEEDBACK_HEAD + FEEDBACK_WORDS * (found.lacks / 8u);
-    if found.lacks_child == OWN_BRICK {
-        set_bits(at, 256u << inner);
-    } else {
-        set_bits(at + 1u + inner / 4u, 1u << (8u * (inner & 3u) + found.lacks_child));
-    }
 }

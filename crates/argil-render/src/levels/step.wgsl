@@ -7,27 +7,6 @@ fn dither(pixel: u32) -> f32 {
     return 1.0 + LEVEL_DITHER * (f32(hash >> 8u) * (1.0 / 16777216.0) - 0.5);
 }
 
-fn cone_box_min() -> vec3<f32> {
-    return volume.box_min;
-}
-
-fn cone_box_max() -> vec3<f32> {
-    return volume.box_max;
-}
-
-// Where the search for the next cell begins: a slot. Slot 0 always has a page of the coarsest level.
-var<private> cone_slot: u32 = 0u;
-
-fn cone_clearance(p: vec3<f32>, t: f32) -> vec2<f32> {
-    let wanted = level_of(CONE_VOXELS * volume.pixel_error * frame.pixel_width * t);
-    let found = locate(p - frame.eye, wanted, cone_slot);
-    cone_slot = found.cell / 8u;
-    note(found);
-    let d = level_distance(found);
-    let length = max(abs(d) - select(0.0, volume.error_voxels * found.voxel, is_brick(found.word)), 0.0);
-    return vec2(select(length, -length, d < 0.0), found.voxel);
-}
-
 // One block of pixels per group: a block that its cone did not rule out.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {

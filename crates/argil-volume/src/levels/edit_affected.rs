@@ -17,6 +17,9 @@ use std::sync::Arc;
 /// Fewer pages than this are not worth another thread.
 const MIN_PAGES: usize = 16;
 
+/// Cells with their programs, after an edit and before it.
+type CellLists = Vec<(u32, [Arc<[Instruction]>; 2])>;
+
 /// A page that an edit may have changed, with its program before and after.
 struct EditedPage {
     slot: u32,
@@ -31,7 +34,7 @@ struct EditedCells<T> {
     cells: u8,
     baked: BakedPage<T>,
     /// The programs of these cells.
-    lists: Vec<(u32, [Arc<[Instruction]>; 2])>,
+    lists: CellLists,
 }
 
 impl Levels {
@@ -105,7 +108,7 @@ impl Levels {
         page: &EditedPage,
         touched: &ChangeSet,
         pruners: &mut [Pruner<'_>; 2],
-    ) -> (u8, Vec<(u32, [Arc<[Instruction]>; 2])>) {
+    ) -> (u8, CellLists) {
         let own: &Page = &self.pages[page.slot as usize];
         let layout = self.layout.level(own.level);
         let first = 2 * own.place();

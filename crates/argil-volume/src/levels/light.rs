@@ -4,6 +4,11 @@
 //! has a brick at a point in the air has voxels in proportion to the distance: the relative error is bounded, however
 //! far the surface is.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
 use super::page::NO_PAGE;
 use super::sampler::{LevelLanes, LevelSampler};
 use crate::{MISSING_BRICK, Texel, is_brick};

@@ -1,0 +1,36 @@
+//! What only some representations need of a frame, and what a frame returns.
+
+use crate::Gpu;
+use crate::storage_buffer::StorageBuffer;
+use crate::timing::Timing;
+use argil_render::RenderOutput;
+
+/// Triangles that a sample begins with.
+pub(crate) trait Drawing: Sync {
+    /// Draws them with a frame at an offset of a buffer of frames.
+    fn draw(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frames: (&wgpu::Buffer, u32),
+        timing: Option<&mut Timing>,
+    );
+}
+
+/// What only some representations need of a frame.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FrameExtras<'a> {
+    /// Triangles that each sample begins with.
+    pub drawing: Option<&'a dyn Drawing>,
+    /// A table that rays mark. It is cleared before, and downloaded with the picture.
+    pub marks: Option<&'a StorageBuffer>,
+}
+
+/// A frame that was downloaded.
+pub(crate) struct DrawnFrame {
+    pub picture: RenderOutput,
+    /// The duration of its passes.
+    pub duration_ms: f64,
+    /// What rays marked.
+    pub marks: Vec<u8>,
+}
