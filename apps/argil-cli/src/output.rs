@@ -149,6 +149,9 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
 /// Describes what levels of detail hold, and what a view brought.
 pub(crate) fn levels(levels: &Levels, refined: &FillStats, coarse: &[f64]) -> Value {
     let mean = coarse.iter().sum::<f64>() / coarse.len().max(1) as f64;
+    let mut sorted = coarse.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
     let grid = levels.layout().finest_grid();
     json!({
         "finest_voxels": grid.size.to_array(),
@@ -163,6 +166,7 @@ pub(crate) fn levels(levels: &Levels, refined: &FillStats, coarse: &[f64]) -> Va
         "pixel_error": levels.effective_pixel_error(),
         "coarse_share": json!({
             "mean": mean,
+            "median": median,
             "max": coarse.iter().copied().fold(0.0, f64::max),
         }),
     })

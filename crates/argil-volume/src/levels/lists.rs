@@ -7,9 +7,17 @@ use argil_abi::Instruction;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// Bytes of pages' programs that are kept.
 const LIST_BYTES: u64 = 32 << 20;
+
+/// The pruned program of a page, and the last frame that used it.
+#[derive(Clone, Debug)]
+pub(super) struct KeptList {
+    pub instructions: Arc<[Instruction]>,
+    frame: u32,
+}
 
 impl Levels {
     /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
@@ -18,6 +26,7 @@ impl Levels {
         context: &PageContext<'_>,
         slots: &[u32],
     ) -> FxHashMap<u32, Arc<[Instruction]>> {
+        let frame = self.frame.load(Ordering::Relaxed);
         // All pages on the way to the first known program, coarsest first.
         let mut found: FxHashMap<u32, Arc<[Instruction]>> = FxHashMap::default();
         let mut unknown: Vec<u32> = Vec::new();
@@ -28,7 +37,8 @@ impl Levels {
                     break;
                 }
                 if let Some(list) = &self.lists[at as usize] {
-                    found.insert(at, list.clone());
+                    found.insert(at, list.instructions.clone());
+                    self.touch_lists(at, frame);
                     break;
                 }
                 unknown.push(at);
@@ -79,21 +89,59 @@ impl Levels {
                 .collect();
             found.extend(own.into_iter().flatten());
         }
-        let kept: usize = self
-            .lists
-            .iter()
-            .flatten()
-            .map(|l| size_of_val(&l[..]))
-            .sum();
-        let mut room = LIST_BYTES.min(self.budget / 8).saturating_sub(kept as u64);
+        let bytes = |list: &Arc<[Instruction]>| size_of_val(&list[..]) as u64;
+        let limit = LIST_BYTES.min(self.budget / 8);
+        let needed: u64 = unknown.iter().map(|slot| bytes(&found[slot])).sum();
+        let mut room = self.drop_lists(limit, needed);
         for slot in unknown {
-            let list = &found[&slot];
-            let bytes = size_of_val(&list[..]) as u64;
-            if bytes <= room {
-                room -= bytes;
-                self.lists[slot as usize] = Some(list.clone());
+            let instructions = found[&slot].clone();
+            if bytes(&instructions) <= room {
+                room -= bytes(&instructions);
+                self.lists[slot as usize] = Some(KeptList {
+                    instructions,
+                    frame,
+                });
             }
         }
         found
+    }
+
+    /// Marks the programs of a page and of those above it as used: they are the shortest way to others near them.
+    fn touch_lists(&mut self, mut slot: u32, frame: u32) {
+        loop {
+            if let Some(list) = &mut self.lists[slot as usize] {
+                if list.frame == frame {
+                    return;
+                }
+                list.frame = frame;
+            }
+            match self.pages[slot as usize].parent {
+                NO_PAGE => return,
+                parent => slot = parent / 8,
+            }
+        }
+    }
+
+    /// Drops programs that were not used for the longest time, until some more bytes fit. Returns how many do.
+    fn drop_lists(&mut self, limit: u64, needed: u64) -> u64 {
+        let frame = self.frame.load(Ordering::Relaxed);
+        let mut kept: Vec<(u32, u32, u64)> = (0u32..)
+            .zip(&self.lists)
+            .filter_map(|(slot, list)| {
+                let list = list.as_ref()?;
+                Some((list.frame, slot, size_of_val(&list.instructions[..]) as u64))
+            })
+            .collect();
+        let mut room = limit.saturating_sub(kept.iter().map(|own| own.2).sum());
+        kept.retain(|own| own.0 < frame);
+        kept.sort_unstable();
+        for (_, slot, bytes) in kept {
+            if room >= needed.min(limit) {
+                break;
+            }
+            self.lists[slot as usize] = None;
+            room += bytes;
+        }
+        room
     }
 }

@@ -1,15 +1,14 @@
 //! The tree of pages.
 
 use super::layout::LevelsLayout;
+use super::lists::KeptList;
 use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
 use super::requests::{PageRequest, Requests};
 use crate::MISSING_BRICK;
 use crate::Texels;
 use crate::bricks::{BrickStore, places};
 use crate::{BrickCell, SampleFormat, is_brick};
-use argil_abi::Instruction;
 use glam::{IVec3, Vec3};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Bytes of a page without its bricks: its node, and for each cell its word, its child, and its last use.
@@ -58,7 +57,7 @@ pub struct Levels {
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
-    pub(super) lists: Vec<Option<Arc<[Instruction]>>>,
+    pub(super) lists: Vec<Option<KeptList>>,
     /// The last frame that used each cell.
     pub(super) used: Vec<AtomicU32>,
     /// The current frame. The first is 1.
@@ -224,7 +223,7 @@ impl Levels {
             .lists
             .iter()
             .flatten()
-            .map(|l| size_of_val(&l[..]))
+            .map(|list| size_of_val(&list.instructions[..]))
             .sum();
         PAGE_BYTES * self.pages.len() as u64 + self.store.memory_bytes() - words + lists as u64
     }
