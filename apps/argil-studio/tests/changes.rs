@@ -230,6 +230,8 @@ fn a_scene_whose_mesh_is_gone_opens_and_is_mended() {
         {"shape": {"type": "sphere", "radius": 0.5}}]}"#;
     std::fs::write(&scene, text).expect("a file");
     let mut desk = desk();
+    // They are drawn sooner than levels of detail.
+    desk.click("Bricks");
     desk.answers.borrow_mut().push(scene.clone());
     desk.press(Modifiers::COMMAND, Key::O);
     desk.until_told("gone.obj");

@@ -36,6 +36,7 @@ const MODE_DEPTH: u32 = 2u;
 const MODE_HEAT: u32 = 3u;
 const MODE_BRICKS: u32 = 4u;
 const MODE_NODES: u32 = 5u;
+const MODE_LEVELS: u32 = 6u;
 const MATERIAL_SIDE: u32 = 4u;
 const BRICK_MIXED: u32 = 2147483648u;
 const BLOCK_SIDE: u32 = 4u;
@@ -117,6 +118,7 @@ const BIND_SPANS: u32 = 37u;
 const BIND_UNINDEXED: u32 = 38u;
 const BIND_PIXELS: u32 = 39u;
 const BIND_COUNTS: u32 = 40u;
+const BIND_FEEDBACK: u32 = 41u;
 const FAR: f32 = 1e30;
 const WORLD_LIMIT: f32 = 10000000.0;
 const NEWTON_STEPS: u32 = 4u;
@@ -148,6 +150,19 @@ const WORD_EMPTY: u32 = 2147483648u;
 const WORD_BLOCK_EMPTY: u32 = 1u;
 const FAR_ENTRY: u32 = 2147483648u;
 const FAR_SLOTS: u32 = 16u;
+const NO_PAGE: u32 = 4294967295u;
+const UNKNOWN_CELL: u32 = 4294967293u;
+const MISSING_BRICK: u32 = 2147483647u;
+const PAGE_VOXELS_LOG2: u32 = 4u;
+const RECORD_WORDS: u32 = 24u;
+const FEEDBACK_HEAD: u32 = 2u;
+const FEEDBACK_WORDS: u32 = 3u;
+const LIGHT_VOXELS: f32 = 2.0;
+const MIN_STEP_VOXELS: f32 = 0.25;
+const LIFT_VOXELS: f32 = 1.5;
+const CONE_VOXELS: f32 = 2.0;
+const LEVEL_MISSING: u32 = 64u;
+const LEVEL_DITHER: f32 = 0.3;
 struct Instruction {
     op: u32,
     flags: u32,
@@ -279,6 +294,40 @@ struct BrickUniform {
     pad0: u32,
     pad1: u32,
     pad2: u32,
+}
+struct LevelsUniform {
+    eye_inner: vec3<f32>,
+    voxel_size: f32,
+    inv_pool_size: vec3<f32>,
+    band_voxels: f32,
+    box_min: vec3<f32>,
+    error_voxels: f32,
+    box_max: vec3<f32>,
+    steepness: f32,
+    eye_x: i32,
+    eye_y: i32,
+    eye_z: i32,
+    root: u32,
+    first_x: i32,
+    first_y: i32,
+    first_z: i32,
+    slots: u32,
+    last_x: i32,
+    last_y: i32,
+    last_z: i32,
+    records_at: u32,
+    root_x: i32,
+    root_y: i32,
+    root_z: i32,
+    materials_at: u32,
+    roots_x: u32,
+    roots_y: u32,
+    roots_z: u32,
+    mixed_at: u32,
+    pool_x: u32,
+    pool_y: u32,
+    pixel_error: f32,
+    pad0: u32,
 }
 struct BrickBuildUniform {
     corner: vec3<f32>,
