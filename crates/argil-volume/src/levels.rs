@@ -32,6 +32,7 @@ mod edit;
 mod edit_affected;
 mod evict;
 mod fill;
+mod kept_list;
 mod layout;
 mod leaves;
 mod light;

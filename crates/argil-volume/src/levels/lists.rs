@@ -1,6 +1,7 @@
 //! The pruned programs of pages.
 
 use super::bake::PageContext;
+use super::kept_list::KeptList;
 use super::page::NO_PAGE;
 use super::tree::Levels;
 use argil_abi::Instruction;
@@ -11,13 +12,6 @@ use std::sync::atomic::Ordering;
 
 /// Bytes of pages' programs that are kept.
 const LIST_BYTES: u64 = 32 << 20;
-
-/// The pruned program of a page, and the last frame that used it.
-#[derive(Clone, Debug)]
-pub(super) struct KeptList {
-    pub instructions: Arc<[Instruction]>,
-    frame: u32,
-}
 
 impl Levels {
     /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.

@@ -1,7 +1,8 @@
 //! The tree of pages.
 
+use super::kept_list::KeptList;
 use super::layout::LevelsLayout;
-use super::lists::KeptList;
+
 use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
 use super::requests::{PageRequest, Requests};
 use crate::MISSING_BRICK;
