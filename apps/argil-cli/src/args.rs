@@ -142,7 +142,8 @@ pub(crate) struct VolumeArgs {
     /// Bricks, levels: maximum memory in MiB [default: what is free; levels 160]
     #[arg(long, value_name = "MIB", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub memory_budget: Option<u32>,
-    /// Levels: the size of a voxel that a ray accepts, in pixels, from 0.125 to 1024 [default: 1]
+    /// Levels: the size of a voxel that a ray accepts, in pixels, from 0.125 to 1024; a mesh counts pixels of an image
+    /// of 720 rows from the scene's camera [default: 1]
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = pixels)]
     pub pixel_error: Option<f32>,
     /// Octree: levels of nodes [default: as many as it needs]

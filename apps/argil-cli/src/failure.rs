@@ -66,6 +66,7 @@ fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     match cause.downcast_ref() {
         Some(MeshError::Build(error)) => return of_build(error),
         Some(MeshError::Surface(SurfaceError::Iso)) => return Some("omit --iso"),
+        Some(MeshError::Levels) => return Some("omit --iso, --max-triangles, --method, --normals"),
         Some(MeshError::Surface(SurfaceError::Band { .. })) => return Some("--band, --stride"),
         _ => {}
     }

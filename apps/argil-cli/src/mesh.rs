@@ -33,6 +33,16 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         !matches!(options.via, Some(Representation::Octree(_))),
         "--via octree: an octree cannot be meshed; use field, dense or bricks"
     );
+    if matches!(options.via, Some(Representation::Levels(_))) {
+        ensure!(
+            options.lods.is_none(),
+            "--lods: levels have triangles of several sizes already; use a larger --pixel-error"
+        );
+        ensure!(
+            options.volume.memory_budget.is_none(),
+            "--memory-budget: it limits what an image keeps; a mesh needs all of its bricks, so use a larger --pixel-error"
+        );
+    }
     let engine = input::engine(&options.on)?;
     // The field gets its resolution with the mesh, not with the build.
     let is_field = options.via.is_none_or(|via| via == Representation::Field)

@@ -236,7 +236,12 @@ impl<'a> Reel<'a> {
             };
             world.prefetch(&ahead, self.settings)?;
         }
-        Ok(world.fill_pages(fill_ms)?)
+        let filled = world.fill_pages(fill_ms)?;
+        // What the image lacked when it was drawn.
+        Ok(FillStats {
+            remaining: filled.answered + filled.remaining,
+            ..filled
+        })
     }
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {

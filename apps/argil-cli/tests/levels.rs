@@ -101,6 +101,17 @@ fn a_mesh_of_levels_is_closed() {
     ];
     let report = json(&argil(&[&["mesh", &scene][..], &levels, &out].concat()));
     assert_eq!(report["watertight"], true, "{report}");
+    // Another library reads it, and finds no hole.
+    let mut stl = std::fs::File::open(&file).expect("a file");
+    let indexed = stl_io::read_stl(&mut stl).expect("an STL file");
+    let mut directed = std::collections::HashMap::new();
+    for face in &indexed.faces {
+        let [a, b, c] = face.vertices;
+        for (a, b) in [(a, b), (b, c), (c, a)] {
+            *directed.entry((a.min(b), a.max(b))).or_insert(0i32) += if a < b { 1 } else { -1 };
+        }
+    }
+    assert!(directed.values().all(|&sum| sum == 0), "a hole");
     let mesh = argil::mesh::read(file.as_ref()).expect("a mesh file");
     let mesh = mesh.welded();
     let own = argil::mesh::MeshReport::of(&mesh);

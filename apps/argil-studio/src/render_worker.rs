@@ -56,7 +56,7 @@ pub(crate) struct WorkerImage {
     pub memory_bytes: u64,
     /// Number of bricks, if it has any.
     pub bricks: Option<u64>,
-    /// Number of bricks that levels lack for this image. It is not final before there are none.
+    /// Number of bricks that levels lack for this image, or 0 if there are few. It is not final before that.
     pub missing: u64,
     /// Number of triangles, for a mesh.
     pub triangles: Option<u64>,
@@ -289,7 +289,8 @@ async fn refine(
         } else {
             world.render_async(&request.camera, &quick).await?;
         }
-        if world.fill_pages(remaining_ms())?.answered == 0 {
+        let filled = world.fill_pages(remaining_ms())?;
+        if filled.answered == 0 && !filled.is_full {
             if !is_small {
                 return Ok(true);
             }

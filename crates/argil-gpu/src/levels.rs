@@ -2,8 +2,8 @@
 //!
 //! The CPU bakes pages, and the device has a copy of all of them. Rays mark in a table what they used and what they
 //! lacked (`feedback.rs`). The table comes to the CPU with the frame's picture. What the CPU then baked or evicted is
-//! uploaded, brick by brick (`pool.rs`) and record by record (`tables.rs`). So both devices march through
-//! the same bricks.
+//! uploaded, brick by brick (`pool.rs`) and record by record (`tables.rs`). So the device marches through what the CPU
+//! has.
 
 mod feedback;
 mod pool;

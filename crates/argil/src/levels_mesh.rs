@@ -1,8 +1,8 @@
 //! Extracts triangles from worlds of levels of detail.
 
 use crate::field_mesh::{MeshMethod, Stages};
-use crate::memory::budget_on;
-use crate::{BuildError, MeshError, MeshOptions, MeshOutput, VertexError, World};
+use crate::memory::{available_memory, without_budget};
+use crate::{MeshError, MeshOptions, MeshOutput, VertexError, World};
 use argil_mesh::levels::{mesh_levels, project_levels};
 use argil_mesh::{MeshNormals, MeshReport};
 use argil_volume::{BricksError, Levels};
@@ -10,6 +10,8 @@ use web_time::Instant;
 
 /// Rows of the image whose pixels determine the size of triangles.
 const IMAGE_ROWS: f32 = 720.0;
+/// The part of free memory that bricks may take. The mesh needs the rest.
+const BRICKS_SHARE: u64 = 4;
 
 impl World {
     /// Meshes levels: voxels are as large as pixels of an image from the scene's camera, wherever they are.
@@ -31,16 +33,17 @@ impl World {
         let camera = self.camera();
         let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
         let pixel_width = 2.0 * half_height / IMAGE_ROWS;
-        let budget = budget_on(self.engine(), None).unwrap_or(u64::MAX);
-        let mut whole =
-            Levels::bake(program, *levels.layout(), budget).map_err(BuildError::from)?;
+        // Levels are baked on the CPU, whatever the device.
+        let budget = available_memory().unwrap_or(u64::MAX) / BRICKS_SHARE;
+        let refuse = |error: BricksError| without_budget(error.into(), None);
+        let mut whole = Levels::bake(program, *levels.layout(), budget).map_err(refuse)?;
         let size = levels.pixel_error() * pixel_width;
         let filled = whole.refine_around(program, camera.eye, size);
         if filled.is_full {
             let bricks = whole.brick_count();
             let needed =
                 whole.memory_bytes() + filled.remaining * levels.layout().level(0).brick_bytes();
-            return Err(BuildError::from(BricksError::Budget {
+            return Err(refuse(BricksError::Budget {
                 bricks,
                 needed,
                 budget,
@@ -68,6 +71,7 @@ impl World {
         if options.normals == MeshNormals::None {
             mesh.normals = Vec::new();
         }
+        self.engine().control.end();
         Ok(MeshOutput {
             mesh,
             voxel_grid: *levels.layout().finest_grid(),

@@ -45,7 +45,7 @@ pub(crate) fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildErro
 }
 
 /// Returns the bytes of free memory, or `None` in a browser.
-fn available_memory() -> Option<u64> {
+pub(crate) fn available_memory() -> Option<u64> {
     #[cfg(any(target_arch = "wasm32", not(feature = "memory")))]
     return None;
     #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]

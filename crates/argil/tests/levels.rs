@@ -57,6 +57,31 @@ fn both_devices_draw_the_same() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Where all is as fine as it gets, the devices hit the same pixels at the same distances, silhouettes included.
+#[test]
+fn both_devices_hit_the_same() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Brush::new(Shape::sphere(0.7)))?;
+    let options = LevelsOptions {
+        pixel_error: 0.125,
+        ..LevelsOptions::from(64)
+    };
+    let mut lengths = Vec::new();
+    for engine in engines() {
+        let mut world = levels_on(&engine, &scene, options)?;
+        let settings = world.render_settings([640, 360], RenderMode::Normal);
+        let camera = world.camera();
+        world.refine(&camera, &settings)?;
+        lengths.push(world.ray_distances(&camera, &settings)?);
+    }
+    let off = lengths[0].iter().zip(&lengths[1]).filter(|(a, b)| {
+        a.is_finite() != b.is_finite() || (a.is_finite() && (*a - *b).abs() > 1e-3)
+    });
+    let off = off.count();
+    assert!(off < 8, "{off}");
+    Ok(())
+}
+
 /// Before anything is filled, rays end before the surface, never behind it.
 #[test]
 fn no_ray_passes_through_a_surface_that_is_not_resident() -> Result<(), Box<dyn std::error::Error>>

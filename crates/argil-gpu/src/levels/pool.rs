@@ -1,10 +1,12 @@
-//! The pool of levels' bricks on the device: a texture that grows layer by layer, up to the budget.
+//! The pool of levels' bricks on the device: a texture that grows by layers, up to the budget.
 
 use crate::resources::{STAGING_BYTES, extent, read_texels};
 use crate::texel_format::TexelFormat;
 use crate::{Gpu, GpuError};
 use argil_volume::{BrickChanges, Levels, MISSING_BRICK, SampleFormat, Texels, is_brick};
 
+/// Bricks along a layer's sides, unless the budget needs more.
+const LAYER_SIDE: u32 = 32;
 /// Samples along a brick's side.
 const SIDE: u32 = 9;
 
@@ -13,7 +15,9 @@ const SIDE: u32 = 9;
 pub(super) struct LevelPool {
     /// Bricks along each axis.
     size: [u32; 3],
-    /// Maximum layers of bricks.
+    /// Layers of bricks that the budget allows.
+    usual_depth: u32,
+    /// Layers that the device allows.
     max_depth: u32,
 }
 
@@ -22,10 +26,15 @@ impl LevelPool {
     pub(super) fn new(gpu: &Gpu, levels: &Levels) -> Result<(Self, wgpu::Texture), GpuError> {
         let brick = levels.layout().level(0).brick_bytes();
         let bricks = (levels.budget() / brick).max(levels.brick_count()).max(1);
-        let most = gpu.device.limits().max_texture_dimension_3d / SIDE;
-        let side = ((bricks as f64).cbrt().ceil() as u32).clamp(1, most.max(1));
+        let most = (gpu.device.limits().max_texture_dimension_3d / SIDE).max(1);
+        // Layers are as small as the number of bricks allows.
+        let side = (bricks as f64 / f64::from(most)).sqrt().ceil() as u32;
+        let usual = ((bricks as f64).cbrt().ceil() as u32).min(LAYER_SIDE);
+        let side = side.max(usual).clamp(1, most);
+        let layer = u64::from(side) * u64::from(side);
         let mut pool = Self {
             size: [side, side, 0],
+            usual_depth: bricks.div_ceil(layer).min(u64::from(most)) as u32,
             max_depth: most,
         };
         pool.size[2] = pool.depth_for(gpu, levels)?;
@@ -81,7 +90,8 @@ impl LevelPool {
         if needed <= self.size[2] {
             return Ok(None);
         }
-        self.size[2] = needed.max(self.size[2] * 3 / 2).min(self.max_depth);
+        let with_room = (needed + needed / 4).min(self.usual_depth);
+        self.size[2] = needed.max(with_room);
         let texture = self.texture(gpu, levels)?;
         gpu.with_error_scope(|| {
             let mut encoder = gpu

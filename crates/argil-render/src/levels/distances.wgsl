@@ -7,7 +7,8 @@ fn sample_at(texel: vec3<u32>) -> f32 {
 // Interpolates the distances of a brick, at a position in it. A filter would round by the brick's place in the pool,
 // and an image would depend on the order in which bricks came.
 fn brick_distance(word: u32, inner: vec3<f32>, voxel: f32) -> f32 {
-    let low = min(floor(inner), vec3(7.0));
+    // A ray that leaves a brick can round to a little outside.
+    let low = clamp(floor(inner), vec3(0.0), vec3(7.0));
     let part = inner - low;
     let at = 9u * vec3(word & 1023u, (word >> 10u) & 1023u, word >> 20u) + vec3<u32>(low);
     let x0 = mix(sample_at(at), sample_at(at + vec3(1u, 0u, 0u)), part.x);

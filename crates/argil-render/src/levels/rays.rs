@@ -9,7 +9,7 @@ use crate::ray_batch::RayBatch;
 use argil_abi::{self as abi, FrameUniform};
 use argil_math::Aabb;
 use argil_volume::{
-    LevelLanes, LevelSampler, Levels, NO_PAGE, PageRequest, SampleFormat, is_brick,
+    LevelLanes, LevelSampler, Levels, NO_PAGE, PageRequest, SampleFormat, is_brick, is_page,
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -68,10 +68,13 @@ impl<'a> LevelRays<'a> {
     pub(super) fn level_id(&self, cell: u32, length: f32) -> u32 {
         let levels = self.levels();
         let level = levels.pages()[cell as usize / 8].level;
-        let wanted = either!(self, sampler => sampler.level_of(self.size * length));
-        let is_open = level > wanted && levels.children()[cell as usize] == NO_PAGE;
+        // What dithering accepts is not missing.
+        let most = (1.0 + 0.5 * abi::LEVEL_DITHER) * self.size * length;
+        let wanted = either!(self, sampler => sampler.level_of(most));
+        let child = levels.children()[cell as usize];
         let is_brick = is_brick(levels.words()[cell as usize]);
-        let is_missing = is_brick && is_open;
+        // A cell with finer ones is seen only where theirs are not resident.
+        let is_missing = is_brick && level > wanted && (child == NO_PAGE || is_page(child));
         1 + level + if is_missing { abi::LEVEL_MISSING } else { 0 }
     }
 

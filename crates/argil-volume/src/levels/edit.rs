@@ -9,6 +9,7 @@ use super::tree::Levels;
 use crate::{BricksError, EditStats, PendingEdits, SampleFormat, Texel};
 use argil_field::IncrementalProgram;
 use argil_math::Aabb;
+use glam::IVec3;
 
 impl Levels {
     /// Grows to another box of the same voxels. Samples nothing.
@@ -26,6 +27,22 @@ impl Levels {
         }
         (self.root_low, self.root_size, self.roots) = (low, size, roots);
         self.layout = layout;
+    }
+
+    /// Shrinks the coarsest level to the pages that it has, after a growth that failed.
+    fn drop_missing_roots(&mut self) {
+        let places: Vec<IVec3> = self
+            .root_places()
+            .filter(|&place| self.root_slot(place).is_some())
+            .collect();
+        let low = places.iter().copied().reduce(IVec3::min);
+        let high = places.iter().copied().reduce(IVec3::max);
+        let (Some(low), Some(high)) = (low, high) else {
+            return;
+        };
+        let slots = crate::bricks::places(low, high).map(|place| self.root_slot(place));
+        let roots: Vec<u32> = slots.map(|slot| slot.unwrap_or(NO_PAGE)).collect();
+        (self.root_low, self.root_size, self.roots) = (low, high - low + 1, roots);
     }
 
     /// Bakes again what is resident and an edit can have changed. What is not resident needs nothing: it is baked from
@@ -53,8 +70,11 @@ impl Levels {
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
         self.lists.fill(None);
+        if let Err(error) = self.bake_roots::<T>(&program) {
+            self.drop_missing_roots();
+            return Err(error);
+        }
         self.lipschitz = program.lipschitz();
-        self.bake_roots::<T>(&program)?;
         let before = self.brick_count();
         let context = PageContext::new(&program, &self.layout);
         let mut done = EditStats::default();

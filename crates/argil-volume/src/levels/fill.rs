@@ -219,9 +219,13 @@ impl Levels {
         let context = PageContext::new(program, &self.layout);
         let mut rest = &asked[..];
         let chunk = if until.is_some() { SHORT_CHUNK } else { CHUNK };
-        let each = self.layout.level(0).brick_bytes() + 8 + PAGE_BYTES;
+        let mixed = if program.materials().len() > 1 {
+            size_of::<[[u32; 2]; PLACES]>()
+        } else {
+            0
+        };
+        let each = self.layout.level(0).brick_bytes() + 8 + PAGE_BYTES + mixed as u64;
         while !rest.is_empty() {
-            // Bricks of several materials need more, which the next round makes up for.
             let (evicted, fits) = self.make_room::<T>(each * chunk.min(rest.len()) as u64);
             done.evicted += evicted;
             let room = self.budget.saturating_sub(self.used_bytes()) / each;

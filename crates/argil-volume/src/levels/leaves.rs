@@ -2,7 +2,7 @@
 
 use super::bake::PageContext;
 use super::fill::FillStats;
-use super::page::{NO_PAGE, UNKNOWN_CELL, is_page, octant_place};
+use super::page::{NO_PAGE, is_page, octant_place};
 use super::requests::PageRequest;
 use super::tree::Levels;
 use crate::{MISSING_BRICK, is_brick};
@@ -50,7 +50,7 @@ impl Levels {
                     }
                     used.push(cell);
                     let child = self.children[cell as usize];
-                    if word == MISSING_BRICK && (child == UNKNOWN_CELL || !is_page(child)) {
+                    if word == MISSING_BRICK && !is_page(child) {
                         asked.push(PageRequest::of_cell(cell, 1.0, 0.0));
                         continue;
                     }
