@@ -25,24 +25,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         None => None,
     };
     let how = write_options(options, format.map(|(_, format)| format))?;
-    ensure!(
-        !matches!(options.via, Some(Representation::Mesh(_))) && !options.volume.flat,
-        "--via mesh, --flat: these control rendering; omit them, or use --normals face"
-    );
-    ensure!(
-        !matches!(options.via, Some(Representation::Octree(_))),
-        "--via octree: an octree cannot be meshed; use field, dense or bricks"
-    );
-    if matches!(options.via, Some(Representation::Levels(_))) {
-        ensure!(
-            options.lods.is_none(),
-            "--lods: levels have triangles of several sizes already; use a larger --pixel-error"
-        );
-        ensure!(
-            options.volume.memory_budget.is_none(),
-            "--memory-budget: it limits what an image keeps; a mesh needs all of its bricks, so use a larger --pixel-error"
-        );
-    }
+    check_representation(options)?;
     let engine = input::engine(&options.on)?;
     // The field gets its resolution with the mesh, not with the build.
     let is_field = options.via.is_none_or(|via| via == Representation::Field)
@@ -97,6 +80,29 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         None => Vec::new(),
     };
     print_report(options, &world, &meshed, &coarser);
+    Ok(())
+}
+
+/// Checks that the representation can be meshed, with the other flags.
+fn check_representation(options: &MeshArgs) -> anyhow::Result<()> {
+    ensure!(
+        !matches!(options.via, Some(Representation::Mesh(_))) && !options.volume.flat,
+        "--via mesh, --flat: these control rendering; omit them, or use --normals face"
+    );
+    ensure!(
+        !matches!(options.via, Some(Representation::Octree(_))),
+        "--via octree: an octree cannot be meshed; use field, dense or bricks"
+    );
+    if matches!(options.via, Some(Representation::Levels(_))) {
+        ensure!(
+            options.lods.is_none(),
+            "--lods: levels have triangles of several sizes already; use a larger --pixel-error"
+        );
+        ensure!(
+            options.volume.memory_budget.is_none(),
+            "--memory-budget: it limits what an image keeps; a mesh needs all of its bricks, so use a larger --pixel-error"
+        );
+    }
     Ok(())
 }
 
