@@ -212,10 +212,6 @@ shared_struct! {
         eye_inner: [f32; 3],
         /// Edge of a voxel of level 0.
         voxel_size: f32,
-        /// Reciprocals of the pool's samples along each axis.
-        inv_pool_size: [f32; 3],
-        /// The distance that a stored 1.0 means, in voxels.
-        band_voxels: f32,
         /// Minimum corner of the box.
         box_min: [f32; 3],
         /// How far an interpolated distance can be from the true one, in voxels.
@@ -238,38 +234,38 @@ shared_struct! {
         first_y: i32,
         /// The first voxel along z.
         first_z: i32,
-        /// Slots of pages.
-        slots: u32,
+        /// Index of the pages' records among the cells' words.
+        records_at: u32,
         /// The last voxel of level 0 along x.
         last_x: i32,
         /// The last voxel along y.
         last_y: i32,
         /// The last voxel along z.
         last_z: i32,
-        /// Index of the pages' records among the cells' words.
-        records_at: u32,
+        /// Index of the bricks' materials among the cells' words.
+        materials_at: u32,
         /// The first page of the coarsest level along x.
         root_x: i32,
         /// The first page along y.
         root_y: i32,
         /// The first page along z.
         root_z: i32,
-        /// Index of the bricks' materials among the cells' words.
-        materials_at: u32,
+        /// Index of the materials of mixed bricks among the cells' words.
+        mixed_at: u32,
         /// Pages of the coarsest level along x.
         roots_x: u32,
         /// Pages along y.
         roots_y: u32,
         /// Pages along z.
         roots_z: u32,
-        /// Index of the materials of mixed bricks among the cells' words.
-        mixed_at: u32,
         /// Bricks of the pool along x.
         pool_x: u32,
         /// Bricks of the pool along y.
         pool_y: u32,
         /// The size of a voxel that a ray accepts, in pixels.
         pixel_error: f32,
+        /// The distance that a stored 1.0 means, in voxels.
+        band_voxels: f32,
         /// Zero.
         pad0: u32,
     }

@@ -141,8 +141,10 @@ impl VolumeTables for GpuLevels {
                 return Ok(());
             };
             let done = VolumeKind::edit(&mut self.levels, edit.incremental, edits, None, None);
+            // What a failed edit left is uploaded too.
+            self.upload_changes(body, edit.field.gpu())?;
             self.edited += done?;
-            self.upload_changes(body, edit.field.gpu())
+            Ok(())
         })
     }
 
@@ -188,14 +190,13 @@ impl GpuLevels {
         let grid = &finest.voxel_grid;
         let (eye, inner) = split_position(grid, Vec3::from(frame.eye));
         let (low, size, _) = self.levels.roots();
-        let [pool_x, pool_y, pool_z] = self.pool.size();
+        let [pool_x, pool_y, _] = self.pool.size();
         let (first, last) = self.levels.voxel_range();
         let steepness = 1.000_01 * self.levels.lipschitz();
         let at = self.tables.places();
         LevelsUniform {
             eye_inner: inner.to_array(),
             voxel_size: grid.voxel_size,
-            inv_pool_size: [pool_x, pool_y, pool_z].map(|n| 1.0 / (9 * n) as f32),
             band_voxels: finest.encoding.band_width(grid, 0) / grid.voxel_size,
             box_min: grid.aabb().min.to_array(),
             error_voxels: 0.5 * 3f32.sqrt() * steepness,
@@ -208,7 +209,6 @@ impl GpuLevels {
             first_x: first.x,
             first_y: first.y,
             first_z: first.z,
-            slots: self.levels.pages().len() as u32,
             last_x: last.x,
             last_y: last.y,
             last_z: last.z,

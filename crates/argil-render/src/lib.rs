@@ -63,6 +63,7 @@ pub mod wgsl {
         include_str!("bricks.wgsl"),
         include_str!("bricks/cubic.wgsl"),
         include_str!("bricks/voxel_intersect.wgsl"),
+        include_str!("bricks/motion.wgsl"),
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light.wgsl"),
         include_str!("bricks/cones.wgsl")
@@ -77,6 +78,7 @@ pub mod wgsl {
         include_str!("levels/clearance.wgsl"),
         include_str!("bricks/cubic.wgsl"),
         include_str!("levels/intersect.wgsl"),
+        include_str!("bricks/motion.wgsl"),
         include_str!("levels/step.wgsl"),
         include_str!("levels/light.wgsl"),
         include_str!("bricks/cones.wgsl")

@@ -2,7 +2,7 @@
 //!
 //! *Practice.* The device marks bits: for each page its cells that were used, those whose brick is missing, and the
 //! missing pages of its cells. So each request is there once, however many rays ask. The table is copied behind the
-//! passes of the frame, and arrives with its picture, so that nothing waits for it.
+//! passes of the frame, and arrives with its picture.
 
 use argil_abi::{FEEDBACK_HEAD, FEEDBACK_WORDS};
 use argil_volume::{Levels, PageRequest};

@@ -35,9 +35,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     // every step.
     while exists {
         var near = false;
-        var over = 0.0;
-        var last_gap = 0.0;
-        var last_step = 0.0;
+        var motion = RayMotion(t, 0.0, 0.0, 0.0);
         var inner = vec3(0.0);
         var origin = vec3(0.0);
         var g = 0.0;
@@ -62,7 +60,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             }
             g = stored_d * side;
             // The spheres no longer touch: return to the end of the last one.
-            let too_far = over > 0.0 && g < over;
+            let too_far = motion.over > 0.0 && g < motion.over;
             near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
             if !in_brick && !too_far && g < 0.0 {
                 kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
@@ -78,21 +76,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             let ahead = select(first, first + edge, d > vec3(0.0));
             let exits = (ahead * brick - u) * inv_direction;
             let leave = min(exits.x, min(exits.y, exits.z)) + NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + nudge_for(u);
-            // Along a plane, spheres still touch with this much more than their radius between their centers.
-            let fell = max(last_gap - g, 0.0);
-            let sum = last_step + fell;
-            let share = max((last_step - fell) / select(1.0, sum, sum > 0.0), 0.0);
-            let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
-            let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
-            t += select(way, -over, too_far);
-            last_gap = g;
-            last_step = select(0.0, way, in_brick && !too_far);
-            over = beyond;
-            // Beyond the end of the ray, advance only as far as is known to be free.
-            let pull = clamp(t - span.y, 0.0, over);
-            t -= pull;
-            over -= pull;
-            last_step = max(last_step - pull, 0.0);
+            motion = advanced(motion, g, max(g * scale, leave), in_brick, too_far, span.y);
+            t = motion.t;
         }
         if !near {
             break;

@@ -40,9 +40,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     // Alternate between marching to the surface and solving there.
     while exists {
         var near = false;
-        var over = 0.0;
-        var last_gap = 0.0;
-        var last_step = 0.0;
+        var motion = RayMotion(t, 0.0, 0.0, 0.0);
         var gap = 0.0;
         var found = LevelCell(0u, 0u, 0u, 0.0, 0u, NOTHING, 1.0, vec3(0.0));
         loop {
@@ -69,7 +67,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             // In a page that is too coarse, the surface may be nearer than interpolated.
             let g = gap - select(0.0, volume.error_voxels * found.voxel, in_brick && found.gap > 0.0);
             // The spheres no longer touch: return to the end of the last one.
-            let too_far = over > 0.0 && g < over;
+            let too_far = motion.over > 0.0 && g < motion.over;
             near = in_brick && !too_far && g < NEAR_VOXELS * found.voxel;
             if !in_brick && !too_far && g < 0.0 {
                 kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
@@ -80,21 +78,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             }
             let exits = (ahead - found.inner) * found.voxel / d;
             let leave = min(exits.x, min(exits.y, exits.z)) + NUDGE_VOXELS * found.voxel + NUDGE_RELATIVE * t;
-            // Along a plane, spheres still touch with this much more than their radius between their centers.
-            let fell = max(last_gap - g, 0.0);
-            let sum = last_step + fell;
-            let share = max((last_step - fell) / select(1.0, sum, sum > 0.0), 0.0);
-            let beyond = select(0.0, RELAXATION * g * share * scale, in_brick && !too_far);
-            let way = select(max(g * scale, leave), g * scale + beyond, in_brick);
-            t += select(way, -over, too_far);
-            last_gap = g;
-            last_step = select(0.0, way, in_brick && !too_far);
-            over = beyond;
-            // Beyond the end of the ray, advance only as far as is known to be free.
-            let pull = clamp(t - span.y, 0.0, over);
-            t -= pull;
-            over -= pull;
-            last_step = max(last_step - pull, 0.0);
+            motion = advanced(motion, g, max(g * scale, leave), in_brick, too_far, span.y);
+            t = motion.t;
         }
         if !near {
             break;
