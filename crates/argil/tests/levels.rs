@@ -175,7 +175,12 @@ fn is_as_whole(engine: &Engine, mode: RenderMode) -> Result<(), Box<dyn std::err
     let scene = scene()?;
     let mut world = levels_on(engine, &scene, LevelsOptions::from(256))?;
     let mut whole = levels_on(engine, &scene, LevelsOptions::from(256))?;
-    let camera = world.camera();
+    // Shadows fall into a close view from what it does not show.
+    let usual = world.camera();
+    let camera = Camera {
+        eye: usual.target + (usual.eye - usual.target) * 0.3,
+        ..usual
+    };
     let settings = world.render_settings([160, 90], mode);
     world.refine(&camera, &settings)?;
     loop {
