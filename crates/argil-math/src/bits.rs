@@ -22,6 +22,29 @@ pub fn bits_of(flags: &[u8; 64]) -> u64 {
     })
 }
 
+/// Iterates over the indices of ones among zeros, eight at a time. It is fast where ones are rare. A rest of less than
+/// eight flags is left out.
+///
+/// # Examples
+///
+/// ```
+/// let mut flags = [0; 64];
+/// flags[3] = 1;
+/// flags[63] = 1;
+/// assert_eq!(argil_math::set_indices(&flags).collect::<Vec<_>>(), [3, 63]);
+/// ```
+#[inline(always)]
+pub fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
+    flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
+        let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+        std::iter::from_fn(move || {
+            let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+            bits &= bits - 1;
+            Some(8 * word + bit / 8)
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

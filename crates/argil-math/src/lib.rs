@@ -8,7 +8,7 @@ mod morton;
 mod ray;
 
 pub use aabb::Aabb;
-pub use bits::bits_of;
+pub use bits::{bits_of, set_indices};
 pub use control::{Control, Progress};
 pub use interval::Interval;
 pub use morton::{morton, morton_cell};

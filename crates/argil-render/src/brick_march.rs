@@ -5,9 +5,10 @@ use crate::bricks::voxel_intersect::NearLanes;
 use crate::probe::FieldProbe;
 use crate::ray_batch::{Points, RayBatch};
 use crate::tile::Tile;
-use crate::trace::{central_difference_points, intersect_ground, set_indices, set_normals};
+use crate::trace::{central_difference_points, intersect_ground, set_normals};
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::LANES;
+use argil_math::set_indices;
 use std::ops::Range;
 
 /// Bricks that rays march through.

@@ -6,8 +6,8 @@
 //! show.
 //!
 //! *Practice.* Rays march as through sparse bricks (`bricks.rs`), each with a voxel size of its own. Where levels
-//! change, a pixel's hash decides, so that the border is dithered over a part of a level. A tile notes the pages
-//! that it used, and those it lacked.
+//! change, a pixel's hash decides, so that the border is dithered over a part of a level. A tile marks the
+//! cells that it used, and notes what it lacked.
 
 mod both_formats;
 mod light;
@@ -92,7 +92,6 @@ fn trace_levels(
         pixels,
         notes,
     } = own.of();
-    notes.used.clear();
     notes.asked.clear();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());

@@ -9,6 +9,7 @@ use crate::tile_buffers::TileScratch;
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::LANES;
 use argil_math::Ray;
+use argil_math::set_indices;
 use glam::Vec3;
 
 /// Six points around each, two along each axis.
@@ -268,18 +269,6 @@ pub(crate) fn intersect_ground(frame: &FrameUniform, tile: Tile, out: &mut [Hit]
             hit.normal_t = [0.0, 1.0, 0.0, t];
         }
     }
-}
-
-/// Iterates over the indices of ones among zeros, eight at a time, because few rays end with any one step.
-pub(crate) fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
-    flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
-        let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
-        std::iter::from_fn(move || {
-            let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
-            bits &= bits - 1;
-            Some(8 * word + bit / 8)
-        })
-    })
 }
 
 /// Returns where a ray from above meets the ground.

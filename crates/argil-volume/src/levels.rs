@@ -37,6 +37,7 @@ mod layout;
 mod leaves;
 mod light;
 mod lists;
+mod locate;
 mod page;
 mod pending;
 mod requests;

@@ -1,11 +1,10 @@
 //! What the rays of a tile used of levels of detail, and what they lacked.
 
-use argil_volume::{LevelLanes, NO_REQUEST, PageRequest};
+use argil_volume::{LevelLanes, LevelSampler, NO_REQUEST, PageRequest, Texel};
 
-/// What a tile used and lacked.
+/// What a tile lacked.
 #[derive(Default)]
 pub(super) struct PageNotes {
-    pub used: Vec<u32>,
     pub asked: Vec<PageRequest>,
     /// Hits, and how many of them were too coarse.
     pub hits: u64,
@@ -13,13 +12,16 @@ pub(super) struct PageNotes {
 }
 
 impl PageNotes {
-    /// Notes the cell of a lane, and what it lacks.
+    /// Marks the cell of a lane as used, and notes what it lacks.
     #[inline(always)]
-    pub(super) fn note(&mut self, lanes: &LevelLanes, i: usize, distance: f32) {
-        let cell = lanes.at.index[i];
-        if self.used.last() != Some(&cell) {
-            self.used.push(cell);
-        }
+    pub(super) fn note<T: Texel>(
+        &mut self,
+        sampler: &LevelSampler<'_, T>,
+        lanes: &LevelLanes,
+        i: usize,
+        distance: f32,
+    ) {
+        sampler.mark_used(lanes, i);
         let key = lanes.key[i];
         if key != NO_REQUEST && self.asked.last().is_none_or(|last| last.key != key) {
             self.asked.push(PageRequest {

@@ -88,10 +88,8 @@ impl<'a> LevelRays<'a> {
         (place ^ (8 * page.level + cell % 8).wrapping_mul(0x9e37_79b9)) | 1
     }
 
-    /// Notes what a tile used and lacked.
+    /// Notes what a tile lacked.
     pub(super) fn note(&self, notes: &mut PageNotes) {
-        notes.used.sort_unstable();
-        notes.used.dedup();
         notes.asked.sort_unstable_by(|a, b| {
             let urgency = b
                 .gap
@@ -100,7 +98,7 @@ impl<'a> LevelRays<'a> {
             a.key.cmp(&b.key).then(urgency)
         });
         notes.asked.dedup_by_key(|one: &mut PageRequest| one.key);
-        self.levels().note(&notes.used, &notes.asked);
+        self.levels().note(&[], &notes.asked);
         self.levels().count_hits(notes.hits, notes.coarse);
         (notes.hits, notes.coarse) = (0, 0);
     }

@@ -15,6 +15,7 @@ use crate::bricks::voxel_intersect::{NearLanes, VoxelMeasures, normals, roots};
 use crate::ray_batch::{RETIRED, RayBatch};
 use argil_abi::{self as abi, FrameUniform};
 use argil_field::LANES;
+use argil_math::set_indices;
 use argil_volume::{LevelLanes, LevelSampler, NeighborPlanes, Texel, VoxelSamples, is_brick};
 use std::ops::Range;
 
@@ -119,9 +120,13 @@ fn step<T: Texel>(
     locate(sampler, size, (direction, t, pixel), lanes);
     let mut corners = VoxelSamples::default();
     sampler.voxel_samples(&lanes.at, n, &mut corners);
-    let is_new = |i: usize| lanes.at.index[i] != last[i] || lanes.gap[i] > 0.0 || is_first;
-    for i in (0..n).filter(|&i| ends[i] != RETIRED && is_new(i)) {
-        notes.note(lanes, i, t[i]);
+    let mut is_new = [0u8; LANES];
+    for i in 0..n {
+        let is_other = (lanes.at.index[i] != last[i]) | (lanes.gap[i] > 0.0) | is_first;
+        is_new[i] = u8::from(is_other & (ends[i] != RETIRED));
+    }
+    for i in set_indices(&is_new) {
+        notes.note(sampler, lanes, i, t[i]);
     }
     pages.copy_from_slice(&lanes.page[..n]);
 
@@ -244,7 +249,7 @@ fn clearances<T: Texel>(
     sampler.voxel_samples(&lanes.at, n, &mut corners);
     let (quantum, error) = (sampler.quantum(), sampler.error_voxels());
     for i in 0..n {
-        notes.note(lanes, i, t[i]);
+        notes.note(sampler, lanes, i, t[i]);
         let voxel = lanes.voxel[i];
         let d = corners.value::<T>(i) * quantum * voxel;
         let length = high(d.abs() - error * voxel, 0.0);

@@ -1,9 +1,9 @@
 //! A block of rays that march through slabs together.
 
 use crate::tile::Tile;
-use crate::trace::set_indices;
 use argil_abi::{self as abi, FrameUniform, Hit, Instruction};
 use argil_field::{Evaluator, LANES};
+use argil_math::set_indices;
 use glam::Vec3;
 use multiversion::multiversion;
 use std::ops::Range;

@@ -1,6 +1,6 @@
 //! Reads levels at many points at once.
 
-use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, is_page, octant_place};
+use super::page::{Page, octant_place};
 use super::requests::PageRequest;
 use super::tree::Levels;
 use crate::MISSING_BRICK;
@@ -8,6 +8,7 @@ use crate::bricks::{center_of, is_brick, load_planes, load_voxels};
 use crate::{CellLocations, NeighborPlanes, Texel, VoxelGrid, VoxelSamples};
 use argil_field::LANES;
 use glam::{DVec3, IVec3, Vec3};
+use std::sync::atomic::Ordering;
 
 /// The pages of points, and the positions in them.
 #[derive(Debug)]
@@ -60,22 +61,23 @@ pub struct LevelSampler<'a, T> {
     pub(super) levels: &'a Levels,
     pub(super) pages: &'a [Page],
     pub(super) words: &'a [u32],
-    children: &'a [u32],
+    pub(super) children: &'a [u32],
     pool: &'a [T],
     count: u32,
     /// The voxel of level 0 that contains the camera, and the position in it.
-    eye_voxel: IVec3,
+    pub(super) eye_voxel: IVec3,
     eye_inner: Vec3,
     /// The first and the last voxel of level 0 along each axis.
-    held: [[i32; 2]; 3],
-    voxel: f32,
+    pub(super) held: [[i32; 2]; 3],
+    pub(super) voxel: f32,
     per_voxel: f32,
     /// The distance in voxels that one code step means, and the band in voxels.
     quantum: f32,
     band: f32,
     /// How much a distance can change over a voxel's edge, in voxels.
     steepness: f32,
-    root: u32,
+    pub(super) root: u32,
+    frame: u32,
 }
 
 impl<'a, T: Texel> LevelSampler<'a, T> {
@@ -86,7 +88,10 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         let pool = levels.pool().of::<T>()?;
         let band = layout.encoding.band_width(grid, 0) / grid.voxel_size;
         let (eye_voxel, eye_inner) = split_position(grid, eye);
-        Some(Self {
+        // Searches read without bounds checks.
+        let (cells, pages) = (8 * levels.pages().len(), levels.pages().len());
+        let is_whole = levels.words().len() == cells && levels.children().len() == cells;
+        (is_whole && pages > 0).then(|| Self {
             levels,
             pages: levels.pages(),
             words: levels.words(),
@@ -105,7 +110,14 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             band,
             steepness: 1.000_01 * levels.lipschitz(),
             root: levels.layout().root(),
+            frame: levels.frame.load(Ordering::Relaxed),
         })
+    }
+
+    /// Marks a lane's cell as used by the current frame.
+    #[inline(always)]
+    pub fn mark_used(&self, lanes: &LevelLanes, i: usize) {
+        self.levels.mark_used(lanes.at.index[i], self.frame);
     }
 
     /// Returns the levels.
@@ -146,136 +158,6 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         // The exponent is the logarithm, rounded down.
         let exponent = (ratio.to_bits() >> 23) as i32 - 127;
         exponent.clamp(0, self.root as i32) as u32
-    }
-
-    /// Finds the finest usable cells at points, on some levels or coarser ones, and have a resident brick or
-    /// no surface. Points are in voxels of level 0, counted from the camera's voxel. Points outside the world count as
-    /// the nearest ones inside.
-    #[inline(always)]
-    pub fn locate(&self, points: [&[f32]; 3], wanted: &[u32], out: &mut LevelLanes) {
-        let n = wanted.len().min(LANES);
-        // Whole voxels tell which cells contain a point, without rounding, whatever page a search comes from.
-        let mut voxels = [[0i32; LANES]; 3];
-        for axis in 0..3 {
-            let (eye, [low, high]) = (self.eye_voxel[axis], self.held[axis]);
-            for (voxel, away) in voxels[axis].iter_mut().zip(&points[axis][..n]) {
-                let away = away.clamp(-1e9, 1e9).floor() as i32;
-                *voxel = eye.wrapping_add(away).max(low).min(high);
-            }
-        }
-        for i in 0..n {
-            let point = [points[0][i], points[1][i], points[2][i]];
-            let voxel = [voxels[0][i], voxels[1][i], voxels[2][i]];
-            let found = self.search(voxel, wanted[i], out.page[i]);
-            out.gap[i] = found.gap;
-            out.key[i] = found.key;
-            self.set_cell(found.cell, point, i, out);
-        }
-    }
-
-    /// Sets a lane's cell, and the position of a point in it.
-    #[inline(always)]
-    pub(super) fn set_cell(&self, cell: u32, point: [f32; 3], i: usize, out: &mut LevelLanes) {
-        let page = &self.pages[cell as usize / 8];
-        let place = self.place_in(page, point);
-        for (axis, place) in place.into_iter().enumerate() {
-            let upper = (cell >> axis & 1) as f32;
-            out.at.cell[axis][i] = upper;
-            out.at.inner[axis][i] = (place - 8.0 * upper).clamp(0.0, 8.0);
-        }
-        out.page[i] = cell / 8;
-        out.at.index[i] = cell;
-        out.at.word[i] = self.words[cell as usize];
-        out.voxel[i] = self.voxel * power(page.level);
-    }
-
-    /// Returns the finest cell at a point that has a resident brick or no surface.
-    #[inline(always)]
-    fn search(&self, voxel: [i32; 3], wanted: u32, from: u32) -> Found {
-        let mut slot = from;
-        let mut level;
-        loop {
-            let page = &self.pages[slot as usize];
-            level = page.level;
-            let away = [0, 1, 2].map(|axis| voxel[axis].wrapping_sub(page.origin[axis]) as u32);
-            let side = 1 << (PAGE_VOXELS_LOG2 + level);
-            let is_inside = (away[0] < side) & (away[1] < side) & (away[2] < side);
-            if is_inside && level >= wanted {
-                break;
-            }
-            if page.parent == NO_PAGE {
-                if !is_inside {
-                    slot = self.root_of(voxel);
-                }
-                break;
-            }
-            slot = page.parent / 8;
-        }
-        loop {
-            let cell = 8 * slot + octant_of(voxel, level + PAGE_VOXELS_LOG2 - 1);
-            let found = Found {
-                cell,
-                gap: 0.0,
-                key: NO_REQUEST,
-            };
-            let word = self.words[cell as usize];
-            if !is_brick(word) {
-                return found;
-            }
-            let child = self.children[cell as usize];
-            if level > wanted && is_page(child) {
-                (slot, level) = (child, level - 1);
-                continue;
-            }
-            if word == MISSING_BRICK {
-                return self.fall_back(cell, (level, wanted));
-            }
-            if level > wanted && child == NO_PAGE {
-                let inner = octant_of(voxel, level + PAGE_VOXELS_LOG2 - 2);
-                return Found {
-                    gap: (level - wanted) as f32,
-                    key: child_key(cell, inner),
-                    ..found
-                };
-            }
-            return found;
-        }
-    }
-
-    /// Returns the finest resident brick above a cell whose brick is missing.
-    #[inline(never)]
-    fn fall_back(&self, missing: u32, (level, wanted): (u32, u32)) -> Found {
-        let cell = self.levels.resident_above(missing);
-        let page = &self.pages[cell as usize / 8];
-        let gap = (page.level - wanted.min(level)) as f32;
-        Found {
-            cell,
-            gap: gap.max(1.0),
-            key: 16 * u64::from(missing),
-        }
-    }
-
-    /// Returns the position of a point in a page, in voxels of its level.
-    #[inline(always)]
-    fn place_in(&self, page: &Page, point: [f32; 3]) -> [f32; 3] {
-        let scale = f32::from_bits((127 - page.level) << 23);
-        [0, 1, 2].map(|axis| {
-            let origin = page.origin[axis].wrapping_sub(self.eye_voxel[axis]);
-            (point[axis] - origin as f32) * scale
-        })
-    }
-
-    /// Returns the page of the coarsest level that contains a voxel of level 0.
-    fn root_of(&self, voxel: [i32; 3]) -> u32 {
-        let (low, size, roots) = self.levels.roots();
-        let at = (IVec3::from_array(voxel) >> (PAGE_VOXELS_LOG2 + self.root)) - low;
-        let at = at.clamp(IVec3::ZERO, size - 1);
-        roots[(at.x + size.x * (at.y + size.y * at.z)) as usize]
-    }
-
-    /// Returns any page, where a search can begin.
-    pub fn any_page(&self) -> u32 {
-        self.levels.roots().2[0]
     }
 
     /// Loads the corner samples of the voxels that contain the points. The result is arbitrary for points in cells
@@ -361,30 +243,5 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
     }
 }
 
-/// Returns 2 to the power of a level.
-#[inline(always)]
-fn power(level: u32) -> f32 {
-    f32::from_bits((127 + level) << 23)
-}
-
-/// Returns the octant of a voxel, given the bit of its coordinates that tells the half.
-#[inline(always)]
-fn octant_of(voxel: [i32; 3], bit: u32) -> u32 {
-    let [x, y, z] = voxel.map(|c| (c >> bit) as u32 & 1);
-    x | y << 1 | z << 2
-}
-
-#[inline(always)]
-fn child_key(cell: u32, inner: u32) -> u64 {
-    16 * u64::from(cell) + 8 + u64::from(inner)
-}
-
 /// The key of no request.
 pub const NO_REQUEST: u64 = u64::MAX;
-
-/// What a search found.
-struct Found {
-    cell: u32,
-    gap: f32,
-    key: u64,
-}

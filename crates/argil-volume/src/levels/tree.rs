@@ -317,9 +317,18 @@ impl Levels {
         // What is asked for must still have its page when it is baked.
         let asking = asked.iter().map(|request| request.place().0);
         for cell in used.iter().copied().chain(asking) {
-            self.used[cell as usize].store(frame, Ordering::Relaxed);
+            self.mark_used(cell, frame);
         }
         self.requests.add(asked);
+    }
+
+    /// Marks a cell as used by a frame. Most calls mark again what is marked already: they leave its cache line alone.
+    #[inline(always)]
+    pub(super) fn mark_used(&self, cell: u32, frame: u32) {
+        let used = &self.used[cell as usize];
+        if used.load(Ordering::Relaxed) != frame {
+            used.store(frame, Ordering::Relaxed);
+        }
     }
 
     /// Requests the next brick on the way to a level's brick at a point. Returns whether one is missing.
