@@ -46,7 +46,7 @@ pub use grid::Grid;
 pub use incremental::{Additions, ChangeSet, HardBrush, IncrementalProgram, UpdateOutcome};
 pub use jumps::NearJumps;
 pub use lower::LowerError;
-pub use marks::CELLS_PER_BATCH;
+pub use marks::{CELLS_PER_BATCH, CellMarks};
 pub use near_field::{NearEvaluator, NearField};
 pub use opcode_set::OpcodeSet;
 pub use operands::OperandIndex;

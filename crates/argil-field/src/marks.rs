@@ -13,6 +13,23 @@ pub(crate) struct Marks {
     pub drop_b: u64,
 }
 
+/// What up to eight cells drop of a program that they share, one bit per cell: see
+/// [`Pruner::cell_marks`](crate::Pruner::cell_marks).
+#[derive(Clone, Debug)]
+pub struct CellMarks {
+    /// For each instruction: the cells that drop what is before it, and those that drop it.
+    pub(crate) marks: Box<[[u8; 2]]>,
+    /// For each run of instructions: the cells that drop all of them.
+    pub(crate) skipped: Box<[u8]>,
+}
+
+impl CellMarks {
+    /// Returns the bytes in memory.
+    pub fn memory_bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(&self.marks[..]) + size_of_val(&self.skipped[..])
+    }
+}
+
 /// Whether `a`, and whether `b`, can be dropped from a joint, if their distances approach each other by at most
 /// `margin`.
 #[inline(always)]

@@ -7,7 +7,7 @@ use crate::eval_brush::BrushParams;
 use crate::evaluate::run_parallel;
 use crate::interpreter::Carried;
 use crate::interpreter_state::Loan;
-use crate::marks::{CELLS_PER_BATCH, Marks};
+use crate::marks::{CELLS_PER_BATCH, CellMarks, Marks};
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
 use glam::Vec3;
@@ -48,7 +48,7 @@ pub struct Pruner<'a> {
     program: &'a Program,
     registers: Loan<f32>,
     writer: PrunedWriter,
-    /// For each [`RUN`] of instructions, the cells in which all of them are dropped brushes.
+    /// For each [`RUN`] of instructions, the cells in which all of them are dropped.
     skipped: Vec<u64>,
 }
 
@@ -94,16 +94,47 @@ impl<'a> Pruner<'a> {
         r.marks.clear();
         r.marks.resize(instructions.len(), Marks::default());
         run_parallel(self.program, instructions, r, Carried::Marks);
-        self.skipped.clear();
-        let runs = instructions.chunks(RUN).zip(r.marks.chunks(RUN));
-        self.skipped.extend(runs.map(|(instructions, marks)| {
-            let all = instructions.iter().zip(marks);
-            all.fold(u64::MAX, |skipped, (instr, marks)| {
-                let is_brush = instr.op < abi::OP_SHAPES_END;
-                skipped & if is_brush { marks.drop_b } else { 0 }
-            })
-        }));
         out.copy_from_slice(&r.acc.0[..centers.len()]);
+        self.skip_runs(instructions);
+    }
+
+    /// Finds what cells skip.
+    fn skip_runs(&mut self, instructions: &[Instruction]) {
+        let marks = &self.registers.marks;
+        self.skipped.clear();
+        // The cells that drop the groups around an instruction, innermost last.
+        let mut groups = vec![0u64];
+        let runs = instructions.chunks(RUN).zip(marks.chunks(RUN));
+        for (instructions, marks) in runs {
+            let mut skipped = u64::MAX;
+            for (instr, marks) in instructions.iter().zip(marks) {
+                let around = groups.last().copied().unwrap_or(0);
+                skipped &= match instr.op {
+                    op if op < abi::OP_SHAPES_END => marks.drop_b | around,
+                    abi::OP_PUSH_VALUE => {
+                        groups.push(around | marks.drop_b);
+                        around | marks.drop_b
+                    }
+                    abi::OP_COMBINE => groups.pop().unwrap_or(0),
+                    _ => around,
+                };
+            }
+            // What follows must not be in a dropped group.
+            let open = groups.last().copied().unwrap_or(0);
+            self.skipped.push(skipped & !open);
+        }
+    }
+
+    /// Returns what the last [`Pruner::classify_cells`] found for the first eight cells, for
+    /// [`Pruner::prune_marked_into`].
+    pub fn cell_marks(&self) -> CellMarks {
+        let marks = self.registers.marks.iter();
+        CellMarks {
+            marks: marks
+                .map(|own| [own.drop_a as u8, own.drop_b as u8])
+                .collect(),
+            skipped: self.skipped.iter().map(|&skipped| skipped as u8).collect(),
+        }
     }
 
     /// Returns a bit mask of the cells, from the last [`Pruner::classify_cells`], whose distance may depend on one
@@ -185,51 +216,32 @@ impl<'a> Pruner<'a> {
     ) {
         let marks = &self.registers.marks;
         assert_eq!(marks.len(), instructions.len(), "the list that was marked");
-        let begin = out.len();
-        self.writer.clear(begin);
-        let mut at = 0;
-        while let (Some(instr), Some(marks)) = (instructions.get(at), marks.get(at)) {
-            if at.is_multiple_of(RUN) && self.skipped[at / RUN] >> cell & 1 != 0 {
-                at += RUN;
-                continue;
-            }
-            at += 1;
-            let drop_b = marks.drop_b >> cell & 1 != 0;
-            if drop_b && instr.op < abi::OP_SHAPES_END {
-                continue;
-            }
-            let drop_a = marks.drop_a >> cell & 1 != 0;
-            match instr.op {
-                abi::OP_REPEAT | abi::OP_RADIAL => {
-                    // A loop stays whole.
-                    let mut open = 1;
-                    out.push(*instr);
-                    while open > 0
-                        && let Some(inner) = instructions.get(at)
-                    {
-                        at += 1;
-                        match inner.op {
-                            abi::OP_REPEAT | abi::OP_RADIAL => open += 1,
-                            abi::OP_NEXT => open -= 1,
-                            _ => {}
-                        }
-                        out.push(*inner);
-                    }
-                    self.writer.has_value();
-                }
-                op if op < abi::OP_SHAPES_END => self.writer.brush(*instr, drop_a, drop_b, out),
-                abi::OP_COMBINE => self.writer.combine(*instr, drop_a, drop_b, out),
-                abi::OP_PUSH_VALUE if drop_b => {
-                    // A bounded group that is too far.
-                    at = end_of_group(instructions, at - 1).map_or(at, |end| end + 1);
-                }
-                abi::OP_PUSH_VALUE => self.writer.push_value(*instr, out),
-                abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.writer.open(*instr, out),
-                abi::OP_POP_POINT | abi::OP_UNCLAMP => self.writer.close(*instr, out),
-                _ => out.push(*instr),
-            }
-        }
-        close_loops(&mut out[begin..]);
+        let bit = |mask: u64| mask >> cell & 1 != 0;
+        let drops = |at: usize| (bit(marks[at].drop_a), bit(marks[at].drop_b));
+        let skips = |run: usize| bit(self.skipped[run]);
+        self.writer.prune(instructions, drops, skips, out);
+    }
+
+    /// Does the same as [`Pruner::prune_into`] with what [`Pruner::cell_marks`] returned for a program, one of the first
+    /// eight cells, and no new classification.
+    ///
+    /// # Panics
+    /// If the marks are not those of as many instructions.
+    pub fn prune_marked_into(
+        &mut self,
+        instructions: &[Instruction],
+        CellMarks { marks, skipped }: &CellMarks,
+        cell: usize,
+        out: &mut Vec<Instruction>,
+    ) {
+        assert_eq!(marks.len(), instructions.len(), "the list that was marked");
+        let bit = |mask: u8| mask >> cell & 1 != 0;
+        let drops = |at: usize| {
+            let [drop_a, drop_b] = marks[at];
+            (bit(drop_a), bit(drop_b))
+        };
+        let skips = |run: usize| bit(skipped[run]);
+        self.writer.prune(instructions, drops, skips, out);
     }
 }
 
@@ -259,6 +271,62 @@ struct PrunedWriter {
 }
 
 impl PrunedWriter {
+    /// Appends the pruned program. `drops` tells for an instruction whether what is before it is dropped, and whether
+    /// it is itself. `skips` tells whether a run of instructions is.
+    #[inline(always)]
+    fn prune(
+        &mut self,
+        instructions: &[Instruction],
+        drops: impl Fn(usize) -> (bool, bool),
+        skips: impl Fn(usize) -> bool,
+        out: &mut Vec<Instruction>,
+    ) {
+        let begin = out.len();
+        self.clear(begin);
+        let mut at = 0;
+        while let Some(instr) = instructions.get(at) {
+            if at.is_multiple_of(RUN) && skips(at / RUN) {
+                at += RUN;
+                continue;
+            }
+            let (drop_a, drop_b) = drops(at);
+            at += 1;
+            if drop_b && instr.op < abi::OP_SHAPES_END {
+                continue;
+            }
+            match instr.op {
+                abi::OP_REPEAT | abi::OP_RADIAL => {
+                    // A loop stays whole.
+                    let mut open = 1;
+                    out.push(*instr);
+                    while open > 0
+                        && let Some(inner) = instructions.get(at)
+                    {
+                        at += 1;
+                        match inner.op {
+                            abi::OP_REPEAT | abi::OP_RADIAL => open += 1,
+                            abi::OP_NEXT => open -= 1,
+                            _ => {}
+                        }
+                        out.push(*inner);
+                    }
+                    self.has_value();
+                }
+                op if op < abi::OP_SHAPES_END => self.brush(*instr, drop_a, drop_b, out),
+                abi::OP_COMBINE => self.combine(*instr, drop_a, drop_b, out),
+                abi::OP_PUSH_VALUE if drop_b => {
+                    // A bounded group that is too far.
+                    at = end_of_group(instructions, at - 1).map_or(at, |end| end + 1);
+                }
+                abi::OP_PUSH_VALUE => self.push_value(*instr, out),
+                abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.open(*instr, out),
+                abi::OP_POP_POINT | abi::OP_UNCLAMP => self.close(*instr, out),
+                _ => out.push(*instr),
+            }
+        }
+        close_loops(&mut out[begin..]);
+    }
+
     fn clear(&mut self, begin: usize) {
         self.segment = begin;
         self.saved.clear();

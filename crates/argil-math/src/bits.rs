@@ -35,8 +35,9 @@ pub fn bits_of(flags: &[u8; 64]) -> u64 {
 /// ```
 #[inline(always)]
 pub fn set_indices(flags: &[u8]) -> impl Iterator<Item = usize> + '_ {
-    flags.chunks_exact(8).enumerate().flat_map(|(word, bytes)| {
-        let mut bits = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+    let words = flags.as_chunks::<8>().0.iter().enumerate();
+    words.flat_map(|(word, bytes)| {
+        let mut bits = u64::from_le_bytes(*bytes);
         std::iter::from_fn(move || {
             let bit = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
             bits &= bits - 1;

@@ -56,7 +56,7 @@ mod tables;
 mod volume_kind;
 mod voxel_samples;
 
-pub(crate) use block_baker::CellContext;
+pub(crate) use block_baker::{CellContext, CellNearness};
 pub use block_program::{BlockProgram, emptied_around};
 pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;

@@ -2,11 +2,12 @@
 
 use super::bounds::CellBounds;
 use super::brick_baker::{BrickBaker, SampleOffsets};
-use super::candidates::{CandidateBlock, near_block};
+use super::candidates::is_clear_in_parts;
+use super::cell::empty_word;
 use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use crate::Texel;
 use argil_abi::{FillUniform, Instruction};
-use argil_field::{CELLS_PER_BATCH, Program, Pruner};
+use argil_field::{Program, Pruner};
 use glam::IVec3;
 
 /// What all cells of a layout share.
@@ -18,6 +19,15 @@ pub(crate) struct CellContext<'a> {
     places: SampleOffsets,
     /// The largest deviation of distances from a plane in a flat cell.
     tolerance: f32,
+}
+
+/// Whether the surface can pass through a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CellNearness {
+    Clear,
+    Near,
+    /// Only jumps keep it from being clear.
+    Doubtful,
 }
 
 /// A sampled brick.
@@ -44,21 +54,55 @@ impl<'a> CellContext<'a> {
         BrickBaker::new(self.program, &self.layout, &self.fill, &self.places)
     }
 
-    /// Measures some cells of a block, one bit each, with a program that is valid in all of them. Writes the words of
-    /// cells without a surface, and returns the others with their programs.
-    pub(crate) fn measure(
+    /// Measures cells of a block with a program that is valid in all of them: the distances at their centers. The
+    /// pruner then knows their programs.
+    pub(crate) fn classify(
         &self,
-        block: IVec3,
-        (list, some): (&[Instruction], u64),
+        (block, inner): (IVec3, &[u8; 8]),
+        list: &[Instruction],
         pruner: &mut Pruner<'_>,
-        words: &mut [u32; CELLS_PER_BATCH],
-    ) -> CandidateBlock {
+    ) -> [f32; 8] {
+        let first = block * BLOCK_SIDE as i32;
+        let centers = inner.map(|i| self.layout.center(first + inner_cell(i.into()), 1));
+        let mut distances = [0.0; 8];
+        pruner.classify_cells(list, &centers, self.layout.half_diagonal(1), &mut distances);
+        distances
+    }
+
+    /// Returns a measured cell's word, if it gets no brick.
+    pub(crate) fn empty_word(&self, block: IVec3, distance: f32) -> u32 {
+        let bounds = self
+            .bounds
+            .of_block(&self.layout, block * BLOCK_SIDE as i32);
+        empty_word(bounds.center(distance))
+    }
+
+    /// Whether the surface can pass through a measured cell.
+    pub(crate) fn is_near(&self, (block, inner): (IVec3, u8), distance: f32) -> CellNearness {
         let first = block * BLOCK_SIDE as i32;
         let bounds = self.bounds.of_block(&self.layout, first);
-        let listed = (list, some);
-        near_block(&self.layout, &bounds, first, listed, pruner, words, |_| {
-            u64::MAX
-        })
+        let radius = self.layout.half_diagonal(1);
+        let can_be = self.layout.can_have_brick(first + inner_cell(inner.into()));
+        if bounds.is_clear(distance, radius) || !can_be {
+            CellNearness::Clear
+        } else if bounds.is_doubtful(distance, radius) {
+            CellNearness::Doubtful
+        } else {
+            CellNearness::Near
+        }
+    }
+
+    /// Whether no surface passes through a doubtful cell, given its program.
+    pub(crate) fn is_clear_in_parts(
+        &self,
+        (block, inner): (IVec3, u8),
+        list: &[Instruction],
+    ) -> bool {
+        let first = block * BLOCK_SIDE as i32;
+        let bounds = self.bounds.of_block(&self.layout, first);
+        let cell = first + inner_cell(inner.into());
+        let mut pruner = Pruner::new(self.program);
+        is_clear_in_parts(&self.layout, &bounds, cell, list, &mut pruner)
     }
 
     /// Whether a brick's samples at its corners and its center can be those of a plane. It saves most bricks the proof.

@@ -138,7 +138,7 @@ pub(super) fn near_block(
 const PARTS: i32 = 4;
 
 /// Whether no part of a cell contains a surface, by its pruned program.
-fn is_clear_in_parts(
+pub(super) fn is_clear_in_parts(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
     cell: IVec3,

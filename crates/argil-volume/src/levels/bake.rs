@@ -1,20 +1,18 @@
 //! Measures and samples the cells of pages, each with its own pruned program.
 
+use super::kept_list::PageCells;
 use super::layout::LevelsLayout;
-use super::page::{Page, octant_cells, page_cell};
+use super::page::{Page, octant_cells};
 use crate::MISSING_BRICK;
-use crate::bricks::{BrickBaker, CellContext, PartPruner};
+use crate::bricks::{BrickBaker, CellContext, CellNearness, PartPruner};
 use crate::{BLOCK_SIDE, Texel};
 use argil_abi::Instruction;
-use argil_field::{CELLS_PER_BATCH, Program, Pruner};
+use argil_field::{Program, Pruner};
 use glam::IVec3;
 use std::sync::Arc;
 
 /// The largest deviation from a plane in a cell that is not refined, in voxels of level 0.
 const FLAT: f32 = 0.125;
-
-/// Programs of more instructions are pruned for one cell at a time.
-const LONG_LIST: usize = 1 << 16;
 
 /// What all pages of a program share, level by level.
 pub(super) struct PageContext<'a> {
@@ -30,6 +28,8 @@ pub(super) struct PageBaker<'a> {
     bakers: Vec<Option<BrickBaker<'a>>>,
     /// What the bakers of all levels share, because it grows with the longest program.
     part_pruner: Option<PartPruner<'a>>,
+    /// The program of a cell.
+    list: Vec<Instruction>,
 }
 
 /// A page to bake: where it is, its program, and the cells to sample, one bit each.
@@ -37,8 +37,8 @@ pub(super) struct PageJob {
     pub page: Page,
     pub list: Arc<[Instruction]>,
     pub cells: u8,
-    /// The cells to measure, one bit each. Words of others are not set.
-    pub measured: u8,
+    /// What is known of its cells' programs.
+    pub kept: Option<Arc<PageCells>>,
 }
 
 /// A sampled cell.
@@ -57,6 +57,8 @@ pub(super) struct BakedPage<T> {
     pub cells: Vec<BakedCell>,
     pub texels: Vec<T>,
     pub mixed: Vec<[u32; 2]>,
+    /// What was found of its cells' programs, if it was not known.
+    pub marks: Option<Arc<PageCells>>,
 }
 
 impl<T> Default for BakedPage<T> {
@@ -67,6 +69,7 @@ impl<T> Default for BakedPage<T> {
             cells: Vec::new(),
             texels: Vec::new(),
             mixed: Vec::new(),
+            marks: None,
         }
     }
 }
@@ -100,6 +103,7 @@ impl<'a> PageContext<'a> {
             pruner: Pruner::new(self.program),
             bakers: self.levels.iter().map(|_| None).collect(),
             part_pruner: None,
+            list: Vec::new(),
         }
     }
 }
@@ -121,71 +125,82 @@ impl PageBaker<'_> {
         list.into()
     }
 
-    /// Returns the programs of some of a page's cells, one bit each, given the page's. Cells without a surface have
-    /// none.
+    /// Returns the programs of some of a page's cells, one bit each, given the page's. Also returns what was measured
+    /// for that, if it was not known.
     pub(super) fn cell_lists(
         &mut self,
         page: &Page,
         list: &[Instruction],
         cells: u8,
-    ) -> [Arc<[Instruction]>; 8] {
+        kept: Option<&PageCells>,
+    ) -> ([Arc<[Instruction]>; 8], Option<Arc<PageCells>>) {
         let mut lists: [Arc<[Instruction]>; 8] = Default::default();
-        let context = &self.levels[page.level as usize];
-        let (block, octant) = page.block();
-        let mut words = [0; CELLS_PER_BATCH];
-        let own = octant_cells(octant);
-        let is_asked = |inner: &u8| cells >> page_cell(*inner) & 1 != 0;
-        let some = (0..64u8).filter(|inner| own >> inner & 1 != 0 && is_asked(inner));
-        let some = some.fold(0, |some, inner| some | 1u64 << inner);
-        let found = context.measure(block, (list, some), &mut self.pruner, &mut words);
-        for (inner, range) in found.cells {
-            lists[page_cell(inner) as usize] = found.instructions[range].into();
+        let made = kept.is_none().then(|| self.measure(page, list));
+        let own = kept.or(made.as_deref());
+        for cell in (0..8).filter(|cell| cells >> cell & 1 != 0) {
+            self.list.clear();
+            if let Some(own) = own {
+                let into = &mut self.list;
+                self.pruner.prune_marked_into(list, &own.marks, cell, into);
+            }
+            lists[cell] = self.list[..].into();
         }
-        lists
+        (lists, made)
+    }
+
+    /// Measures the cells of a page.
+    fn measure(&mut self, page: &Page, list: &[Instruction]) -> Arc<PageCells> {
+        let (block, octant) = page.block();
+        let context = &self.levels[page.level as usize];
+        let cells = octant_cells(octant);
+        let distances = context.classify((block, &cells), list, &mut self.pruner);
+        let marks = self.pruner.cell_marks();
+        PageCells { distances, marks }.into()
     }
 
     /// Measures a page, and samples some of its cells.
     pub(super) fn page<T: Texel>(&mut self, job: &PageJob) -> BakedPage<T> {
+        let (measured, is_new) = match &job.kept {
+            Some(kept) => (kept.clone(), false),
+            None => (self.measure(&job.page, &job.list), true),
+        };
+        let mut made = BakedPage::default();
         let level = job.page.level as usize;
         let context = &self.levels[level];
         let baker = self.bakers[level].get_or_insert_with(|| context.baker());
         baker.pruner = self.part_pruner.take();
         let (block, octant) = job.page.block();
-        let is_measured = |inner: &u8| job.measured >> page_cell(*inner) & 1 != 0;
-        let own = octant_cells(octant);
-        let own = (0..64u8)
-            .filter(|inner| own >> inner & 1 != 0 && is_measured(inner))
-            .fold(0, |some, inner| some | 1u64 << inner);
-        let mut made = BakedPage::default();
-        // The programs of all cells are in memory at once, so long ones come cell by cell.
-        let is_long = job.list.len() > LONG_LIST;
-        let single = (0..64).map(|inner| own & 1 << inner);
-        let batches = single.filter(|&one| is_long && one != 0);
-        for some in batches.chain((!is_long).then_some(own)) {
-            let mut words = [0; CELLS_PER_BATCH];
-            let listed = (&job.list[..], some);
-            let found = context.measure(block, listed, &mut self.pruner, &mut words);
-            for inner in (0..64u8).filter(|inner| some >> inner & 1 != 0) {
-                let cell = page_cell(inner) as usize;
-                (made.clear[cell], made.words[cell]) =
-                    (words[usize::from(inner)], words[usize::from(inner)]);
+        let inner = octant_cells(octant);
+        for (cell, &distance) in measured.distances.iter().enumerate() {
+            let own = (block, inner[cell]);
+            let word = context.empty_word(block, distance);
+            (made.clear[cell], made.words[cell]) = (word, word);
+            let near = context.is_near(own, distance);
+            if near == CellNearness::Clear {
+                continue;
             }
-            for (inner, range) in &found.cells {
-                let cell = page_cell(*inner);
-                made.words[cell as usize] = MISSING_BRICK;
-                if job.cells >> cell & 1 == 0 {
-                    continue;
-                }
-                let list = &found.instructions[range.clone()];
-                let into = (&mut made.texels, &mut made.mixed);
-                let brick = context.sample((block, *inner), list, baker, into);
-                made.cells.push(BakedCell {
-                    cell,
-                    brick: brick.map(|brick| (brick.material, brick.is_flat)),
-                });
+            let is_asked = job.cells >> cell & 1 != 0;
+            if is_asked || near == CellNearness::Doubtful {
+                self.list.clear();
+                let (marks, into) = (&measured.marks, &mut self.list);
+                self.pruner.prune_marked_into(&job.list, marks, cell, into);
             }
+            if near == CellNearness::Doubtful && context.is_clear_in_parts(own, &self.list) {
+                continue;
+            }
+            made.words[cell] = MISSING_BRICK;
+            if !is_asked {
+                continue;
+            }
+            let into = (&mut made.texels, &mut made.mixed);
+            let brick = context.sample(own, &self.list, baker, into);
+            made.cells.push(BakedCell {
+                cell: cell as u32,
+                brick: brick.map(|brick| (brick.material, brick.is_flat)),
+            });
         }
         self.part_pruner = baker.pruner.take();
+        made.marks = is_new.then_some(measured);
         made
     }
 }

@@ -70,6 +70,7 @@ impl Levels {
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
         self.lists.fill(None);
+        self.marks.fill(None);
         if let Err(error) = self.bake_roots::<T>(&program) {
             self.drop_missing_roots();
             return Err(error);

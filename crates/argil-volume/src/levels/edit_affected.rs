@@ -5,6 +5,7 @@
 //! within it: the search ends there.
 
 use super::bake::{BakedPage, PageContext, PageJob};
+use super::kept_list::PageCells;
 use super::page::{NO_PAGE, Page, is_page, octant_place};
 use super::tree::Levels;
 use crate::{EditStats, Texel};
@@ -37,6 +38,15 @@ struct EditedCells<T> {
     lists: CellLists,
 }
 
+/// The cells of a page in which an edit can matter, one bit each, and what is known of their programs.
+#[derive(Default)]
+struct AffectedCells {
+    cells: u8,
+    /// The programs of those that have pages below.
+    lists: CellLists,
+    kept: Option<Arc<PageCells>>,
+}
+
 impl Levels {
     /// Bakes again the cells in which a touched instruction can matter, in the program after an edit or before it.
     pub(super) fn edit_affected<T: Texel>(
@@ -62,12 +72,13 @@ impl Levels {
                 .map_init(
                     || (context.baker(), [context.pruner(), context.pruner()]),
                     |(baker, pruners), page| {
-                        let (cells, lists) = self.affected(&page, touched, pruners);
+                        let AffectedCells { cells, lists, kept } =
+                            self.affected(&page, touched, pruners);
                         let job = PageJob {
                             page: self.pages[page.slot as usize],
                             list: page.now,
                             cells: cells & self.known_cells(page.slot),
-                            measured: cells,
+                            kept,
                         };
                         EditedCells {
                             slot: page.slot,
@@ -101,14 +112,13 @@ impl Levels {
         }
     }
 
-    /// Returns the cells of a page in which a touched instruction can matter, one bit each, with the programs of those
-    /// that have pages below.
+    /// Returns the cells of a page in which a touched instruction can matter.
     fn affected(
         &self,
         page: &EditedPage,
         touched: &ChangeSet,
         pruners: &mut [Pruner<'_>; 2],
-    ) -> (u8, CellLists) {
+    ) -> AffectedCells {
         let own: &Page = &self.pages[page.slot as usize];
         let layout = self.layout.level(own.level);
         let first = 2 * own.place();
@@ -119,9 +129,10 @@ impl Levels {
         let [of_now, of_then] = pruners;
         let has_then = touched.intersects(&page.then);
         if !has_then && !touched.intersects(&page.now) {
-            return (0, Vec::new());
+            return AffectedCells::default();
         }
-        of_now.classify_cells(&page.now, &centers, radius, &mut [0.0; 8]);
+        let mut distances = [0.0; 8];
+        of_now.classify_cells(&page.now, &centers, radius, &mut distances);
         let mut cells = of_now.affected_cells(&page.now, is_one) as u8;
         if has_then {
             of_then.classify_cells(&page.then, &centers, radius, &mut [0.0; 8]);
@@ -151,6 +162,15 @@ impl Levels {
             };
             (8 * page.slot + i, [now, then])
         });
-        (cells, programs.collect())
+        AffectedCells {
+            cells,
+            lists: programs.collect(),
+            kept: (cells != 0).then(|| {
+                Arc::new(PageCells {
+                    distances,
+                    marks: of_now.cell_marks(),
+                })
+            }),
+        }
     }
 }

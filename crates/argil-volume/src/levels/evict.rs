@@ -40,7 +40,7 @@ impl Levels {
                 *child = NO_PAGE;
             }
             self.pages[slot as usize].parent = NO_PAGE;
-            self.lists[slot as usize] = None;
+            self.forget_lists(slot);
             self.free.push(slot);
         }
     }

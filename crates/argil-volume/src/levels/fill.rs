@@ -10,7 +10,8 @@ use crate::bricks::{PLACES, Pool};
 use crate::{BricksError, SampleFormat, Texel, is_brick};
 use argil_abi::BRICK_MIXED;
 use argil_field::Program;
-use glam::IVec3;
+use argil_math::morton;
+use glam::{IVec3, UVec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -20,6 +21,8 @@ use web_time::Instant;
 const CHUNK: usize = 4096;
 /// The same, where time is short.
 const SHORT_CHUNK: usize = 128;
+/// Chunks in whose requests neighbors come one after another, because they share programs.
+const SORTED_CHUNKS: usize = 8;
 
 /// What a fill did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,7 +97,7 @@ impl Levels {
                         page: Page::new(level, place, NO_PAGE),
                         list: baker.root_list(place),
                         cells: u8::MAX,
-                        measured: u8::MAX,
+                        kept: None,
                     };
                     baker.page(&job)
                 },
@@ -134,6 +137,7 @@ impl Levels {
             None => {
                 self.pages.push(page);
                 self.lists.push(None);
+                self.marks.push(None);
                 let cells = 8 * self.pages.len();
                 self.children.resize(cells, UNKNOWN_CELL);
                 self.store
@@ -144,7 +148,7 @@ impl Levels {
             }
         };
         self.pages[slot as usize] = page;
-        self.lists[slot as usize] = None;
+        self.forget_lists(slot);
         let cells = 8 * slot as usize..8 * slot as usize + 8;
         self.children[cells.clone()].fill(UNKNOWN_CELL);
         self.store.words[cells.clone()].fill(crate::bricks::empty_word(0.0));
@@ -215,10 +219,13 @@ impl Levels {
 
     fn fill_pages<T: Texel>(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
         let mut done = FillStats::default();
-        let asked = self.requests.take();
+        let mut asked = self.requests.take();
         let context = PageContext::new(program, &self.layout);
-        let mut rest = &asked[..];
         let chunk = if until.is_some() { SHORT_CHUNK } else { CHUNK };
+        for some in asked.chunks_mut(SORTED_CHUNKS * chunk) {
+            some.sort_by_cached_key(|request| self.place_code(request));
+        }
+        let mut rest = &asked[..];
         let mixed = if program.materials().len() > 1 {
             size_of::<[[u32; 2]; PLACES]>()
         } else {
@@ -246,6 +253,14 @@ impl Levels {
         self.adapt(done.is_full);
         self.kept_since = self.frame.load(Ordering::Relaxed) + 1;
         done
+    }
+
+    /// Returns the position of a request's page along the Morton curve.
+    fn place_code(&self, request: &PageRequest) -> [u32; 3] {
+        let origin = self.pages[request.place().0 as usize / 8].origin;
+        let place = UVec3::from_array(origin.map(|c| (c as u32) ^ 1 << 31));
+        // Ten bits at a time.
+        [22, 12, 2].map(|bit| morton(place >> bit))
     }
 
     /// Bakes requests. Returns the number of bricks.
@@ -299,7 +314,10 @@ impl Levels {
         slots: &[u32],
         cells: &[u8],
     ) -> Vec<BakedPage<T>> {
+        let t0 = Instant::now();
         let lists = self.lists_of(context, slots);
+        let t1 = Instant::now();
+        let total: usize = slots.iter().map(|s| lists[s].len()).sum();
         let jobs: Vec<PageJob> = slots
             .iter()
             .zip(cells)
@@ -307,11 +325,28 @@ impl Levels {
                 page: self.pages[*slot as usize],
                 list: lists[slot].clone(),
                 cells,
-                measured: u8::MAX,
+                kept: self.marks_of(*slot),
             })
             .collect();
-        jobs.into_par_iter()
+        let baked: Vec<BakedPage<T>> = jobs
+            .into_par_iter()
             .map_init(|| context.baker(), |baker, job| baker.page(&job))
-            .collect()
+            .collect();
+        let n: u32 = cells.iter().map(|c| c.count_ones()).sum();
+        let t2 = Instant::now();
+        let made = slots.iter().zip(&baked);
+        let made = made.filter_map(|(&slot, page)| Some((slot, page.marks.clone()?)));
+        self.keep_marks(made.collect());
+        eprintln!(
+            "lists {:.1} ms bake {:.1} ms pages {} cells {} bricks {} instr {} keep {:.1}",
+            (t1 - t0).as_secs_f64() * 1e3,
+            (t2 - t1).as_secs_f64() * 1e3,
+            slots.len(),
+            n,
+            baked.iter().map(BakedPage::bricks).sum::<u64>(),
+            total,
+            t2.elapsed().as_secs_f64() * 1e3
+        );
+        baked
     }
 }

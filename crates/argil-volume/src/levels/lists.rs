@@ -1,17 +1,20 @@
 //! The pruned programs of pages.
 
 use super::bake::PageContext;
-use super::kept_list::KeptList;
+use super::kept_list::{KeptList, KeptMarks, PageCells};
 use super::page::NO_PAGE;
 use super::tree::Levels;
 use argil_abi::Instruction;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
-/// Bytes of pages' programs that are kept.
-const LIST_BYTES: u64 = 32 << 20;
+/// Bytes of pages' programs that are kept, and the part of the budget that they may use.
+const LIST_BYTES: u64 = 8 << 20;
+const LIST_SHARE: u64 = 24;
+/// The same for what is known of the programs of their cells. It is smaller, and saves more time.
+const MARK_BYTES: u64 = 32 << 20;
+const MARK_SHARE: u64 = 8;
 
 impl Levels {
     /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
@@ -20,41 +23,21 @@ impl Levels {
         context: &PageContext<'_>,
         slots: &[u32],
     ) -> FxHashMap<u32, Arc<[Instruction]>> {
-        let frame = self.frame.load(Ordering::Relaxed);
-        // All pages on the way to the first known program, coarsest first.
-        let mut found: FxHashMap<u32, Arc<[Instruction]>> = FxHashMap::default();
-        let mut unknown: Vec<u32> = Vec::new();
-        for &slot in slots {
-            let mut at = slot;
-            loop {
-                if found.contains_key(&at) {
-                    break;
-                }
-                if let Some(list) = &self.lists[at as usize] {
-                    found.insert(at, list.instructions.clone());
-                    self.touch_lists(at, frame);
-                    break;
-                }
-                unknown.push(at);
-                match self.pages[at as usize].parent {
-                    NO_PAGE => break,
-                    parent => at = parent / 8,
-                }
-            }
-        }
+        let (mut found, mut unknown) = self.kept_lists(slots);
         let order = |slot: u32| {
             let page = &self.pages[slot as usize];
             (std::cmp::Reverse(page.level), page.parent, slot)
         };
         unknown.sort_unstable_by_key(|&slot| order(slot));
         unknown.dedup();
-        let pages = &self.pages;
+        let (pages, marks) = (&self.pages, &self.marks);
+        let mut made = Vec::new();
         for same in unknown.chunk_by(|&a, &b| pages[a as usize].level == pages[b as usize].level) {
             let page_above = |slot: u32| pages[slot as usize].parent / 8;
             let families: Vec<&[u32]> = same
                 .chunk_by(|&a, &b| page_above(a) == page_above(b))
                 .collect();
-            let own: Vec<Vec<(u32, Arc<[Instruction]>)>> = families
+            let own: Vec<FamilyLists> = families
                 .par_iter()
                 .map_init(
                     || context.baker(),
@@ -65,49 +48,125 @@ impl Levels {
                                 let place = pages[slot as usize].place();
                                 (slot, baker.root_list(place))
                             };
-                            return family.iter().map(list).collect();
+                            return (family.iter().map(list).collect(), None);
                         }
                         let above = first.parent / 8;
                         let cell_of = |slot: &u32| pages[*slot as usize].parent % 8;
                         let cells = family.iter().map(cell_of);
                         let cells = cells.fold(0, |all, cell| all | 1u8 << cell);
                         let page = &pages[above as usize];
-                        let mut lists = baker.cell_lists(page, &found[&above], cells);
+                        let kept = marks[above as usize].as_ref();
+                        let kept = kept.map(|kept| &*kept.cells);
+                        let (mut lists, measured) =
+                            baker.cell_lists(page, &found[&above], cells, kept);
                         let own = family.iter().map(|&slot| {
                             let cell = pages[slot as usize].parent % 8;
                             (slot, std::mem::take(&mut lists[cell as usize]))
                         });
-                        own.collect()
+                        (own.collect(), measured.map(|measured| (above, measured)))
                     },
                 )
                 .collect();
-            found.extend(own.into_iter().flatten());
+            for (lists, measured) in own {
+                found.extend(lists);
+                made.extend(measured);
+            }
         }
+        self.keep_marks(made);
         let bytes = |list: &Arc<[Instruction]>| size_of_val(&list[..]) as u64;
-        let limit = LIST_BYTES.min(self.budget / 8);
         let needed: u64 = unknown.iter().map(|slot| bytes(&found[slot])).sum();
-        let mut room = self.drop_lists(limit, needed);
+        let mut room = self.drop_lists(needed);
         for slot in unknown {
             let instructions = found[&slot].clone();
             if bytes(&instructions) <= room {
                 room -= bytes(&instructions);
                 self.lists[slot as usize] = Some(KeptList {
                     instructions,
-                    frame,
+                    used: self.list_clock,
                 });
             }
         }
         found
     }
 
-    /// Marks the programs of a page and of those above it as used: they are the shortest way to others near them.
-    fn touch_lists(&mut self, mut slot: u32, frame: u32) {
-        loop {
-            if let Some(list) = &mut self.lists[slot as usize] {
-                if list.frame == frame {
-                    return;
+    /// Returns the kept programs of pages or, where they are not, of the nearest pages above, and the pages on the way
+    /// whose programs are unknown.
+    fn kept_lists(&mut self, slots: &[u32]) -> (FxHashMap<u32, Arc<[Instruction]>>, Vec<u32>) {
+        self.list_clock += 1;
+        let now = self.list_clock;
+        let mut found: FxHashMap<u32, Arc<[Instruction]>> = FxHashMap::default();
+        let mut unknown: Vec<u32> = Vec::new();
+        for &slot in slots {
+            let mut at = slot;
+            loop {
+                if found.contains_key(&at) {
+                    break;
                 }
-                list.frame = frame;
+                if let Some(list) = &self.lists[at as usize] {
+                    found.insert(at, list.instructions.clone());
+                    self.touch_lists(at, now);
+                    break;
+                }
+                unknown.push(at);
+                match self.pages[at as usize].parent {
+                    NO_PAGE => break,
+                    parent => at = parent / 8,
+                }
+            }
+        }
+        (found, unknown)
+    }
+
+    /// Returns what is known of the programs of a page's cells.
+    pub(super) fn marks_of(&self, slot: u32) -> Option<Arc<PageCells>> {
+        let kept = self.marks[slot as usize].as_ref();
+        kept.map(|kept| kept.cells.clone())
+    }
+
+    /// Keeps what was found of the programs of pages' cells, as far as there is room.
+    pub(super) fn keep_marks(&mut self, made: Vec<(u32, Arc<PageCells>)>) {
+        let used = self.list_clock;
+        let mut room = self.drop_marks(made.iter().map(|(_, cells)| cells.bytes()).sum());
+        for (slot, cells) in made {
+            if cells.bytes() <= room {
+                room -= cells.bytes();
+                self.marks[slot as usize] = Some(KeptMarks { cells, used });
+            }
+        }
+    }
+
+    /// Forgets what is kept of a page.
+    pub(super) fn forget_lists(&mut self, slot: u32) {
+        self.lists[slot as usize] = None;
+        self.marks[slot as usize] = None;
+    }
+
+    /// Returns the bytes of what is kept of all pages.
+    pub(super) fn list_bytes(&self) -> u64 {
+        let lists = self.lists.iter().flatten();
+        let lists = lists.map(|list| size_of_val(&list.instructions[..]) as u64);
+        let marks = self.marks.iter().flatten().map(|kept| kept.cells.bytes());
+        lists.sum::<u64>() + marks.sum::<u64>()
+    }
+
+    /// Marks what is kept of a page and of those above it as used: it is the shortest way to others near them.
+    fn touch_lists(&mut self, mut slot: u32, now: u32) {
+        loop {
+            let (list, marks) = (
+                &mut self.lists[slot as usize],
+                &mut self.marks[slot as usize],
+            );
+            let stamps = list.as_mut().map(|list| &mut list.used);
+            let stamps = stamps
+                .into_iter()
+                .chain(marks.as_mut().map(|kept| &mut kept.used));
+            let mut is_touched = false;
+            for stamp in stamps {
+                is_touched |= *stamp == now;
+                *stamp = now;
+            }
+            if is_touched {
+                return;
             }
             match self.pages[slot as usize].parent {
                 NO_PAGE => return,
@@ -117,25 +176,58 @@ impl Levels {
     }
 
     /// Drops programs that were not used for the longest time, until some more bytes fit. Returns how many do.
-    fn drop_lists(&mut self, limit: u64, needed: u64) -> u64 {
-        let frame = self.frame.load(Ordering::Relaxed);
-        let mut kept: Vec<(u32, u32, u64)> = (0u32..)
-            .zip(&self.lists)
-            .filter_map(|(slot, list)| {
-                let list = list.as_ref()?;
-                Some((list.frame, slot, size_of_val(&list.instructions[..]) as u64))
-            })
-            .collect();
-        let mut room = limit.saturating_sub(kept.iter().map(|own| own.2).sum());
-        kept.retain(|own| own.0 < frame);
-        kept.sort_unstable();
-        for (_, slot, bytes) in kept {
-            if room >= needed.min(limit) {
-                break;
-            }
+    fn drop_lists(&mut self, needed: u64) -> u64 {
+        let limit = LIST_BYTES.min(self.budget / LIST_SHARE);
+        let kept = (0u32..).zip(&self.lists).filter_map(|(slot, list)| {
+            let list = list.as_ref()?;
+            Some((list.used, slot, size_of_val(&list.instructions[..]) as u64))
+        });
+        let (gone, room) = self.oldest(kept, limit, needed);
+        for slot in gone {
             self.lists[slot as usize] = None;
-            room += bytes;
         }
         room
     }
+
+    /// Drops what is known of cells and was not used for the longest time, until some more bytes fit. Returns how many
+    /// do.
+    fn drop_marks(&mut self, needed: u64) -> u64 {
+        let limit = MARK_BYTES.min(self.budget / MARK_SHARE);
+        let kept = (0u32..).zip(&self.marks).filter_map(|(slot, kept)| {
+            let kept = kept.as_ref()?;
+            Some((kept.used, slot, kept.cells.bytes()))
+        });
+        let (gone, room) = self.oldest(kept, limit, needed);
+        for slot in gone {
+            self.marks[slot as usize] = None;
+        }
+        room
+    }
+
+    /// Returns which of the kept must go, so that some more bytes fit within a limit, and how many bytes fit then. Each
+    /// is when it was used last, its slot, and its bytes.
+    fn oldest(
+        &self,
+        kept: impl Iterator<Item = (u32, u32, u64)>,
+        limit: u64,
+        needed: u64,
+    ) -> (Vec<u32>, u64) {
+        let mut kept: Vec<(u32, u32, u64)> = kept.collect();
+        let mut room = limit.saturating_sub(kept.iter().map(|own| own.2).sum());
+        kept.retain(|own| own.0 < self.list_clock);
+        kept.sort_unstable();
+        let gone = kept.iter().take_while(|own| {
+            let is_short = room < needed.min(limit);
+            room += if is_short { own.2 } else { 0 };
+            is_short
+        });
+        let gone = gone.map(|own| own.1).collect();
+        (gone, room)
+    }
 }
+
+/// The programs of pages with the same page above, and what was measured for that: the page, and its cells.
+type FamilyLists = (
+    Vec<(u32, Arc<[Instruction]>)>,
+    Option<(u32, Arc<PageCells>)>,
+);

@@ -49,17 +49,11 @@ impl Page {
     }
 }
 
-/// Returns the cells of a block's octant, one bit each.
-pub(super) fn octant_cells(octant: u32) -> u64 {
+/// Returns the places in a block of an octant's cells, in the order of a page's cells.
+pub(super) fn octant_cells(octant: u32) -> [u8; 8] {
     // Cells 0 and 1 along each axis; an octant is two cells further.
-    const FIRST: u64 = 0x0033_0033;
-    FIRST << (2 * (octant & 1) + 8 * (octant >> 1 & 1) + 32 * (octant >> 2))
-}
-
-/// Returns the place of a cell in its page, given its place in the block.
-pub(super) fn page_cell(inner: u8) -> u32 {
-    let inner = u32::from(inner);
-    (inner & 1) | (inner >> 2 & 1) << 1 | (inner >> 4 & 1) << 2
+    let first = 2 * (octant & 1) + 8 * (octant >> 1 & 1) + 32 * (octant >> 2);
+    [0, 1, 4, 5, 16, 17, 20, 21].map(|cell| cell + first as u8)
 }
 
 /// Returns the number of a place, 0 or 1 along each axis.
@@ -91,14 +85,12 @@ mod tests {
     fn octants_are_eight_cells_each_and_all_cells_together() {
         let mut all = 0u64;
         for octant in 0..8 {
-            let cells = octant_cells(octant);
-            assert_eq!(cells.count_ones(), 8);
-            assert_eq!(all & cells, 0);
-            all |= cells;
-            for i in (0..64u8).filter(|i| cells >> i & 1 != 0) {
+            for (nth, i) in (0u32..).zip(octant_cells(octant)) {
+                assert_eq!(all >> i & 1, 0);
+                all |= 1 << i;
                 let inner = inner_cell(usize::from(i));
                 assert_eq!(inner / 2, octant_place(octant));
-                assert_eq!(page_cell(i), octant_of(inner % 2));
+                assert_eq!(inner % 2, octant_place(nth));
             }
         }
         assert_eq!(all, u64::MAX);

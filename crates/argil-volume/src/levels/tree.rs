@@ -1,6 +1,6 @@
 //! The tree of pages.
 
-use super::kept_list::KeptList;
+use super::kept_list::{KeptList, KeptMarks};
 use super::layout::LevelsLayout;
 
 use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
@@ -59,6 +59,10 @@ pub struct Levels {
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
     pub(super) lists: Vec<Option<KeptList>>,
+    /// What is known of the programs of their cells, until the next edit.
+    pub(super) marks: Vec<Option<KeptMarks>>,
+    /// How often programs were looked up: they are kept by their last use.
+    pub(super) list_clock: u32,
     /// The last frame that used each cell.
     pub(super) used: Vec<AtomicU32>,
     /// The current frame. The first is 1.
@@ -80,6 +84,7 @@ impl Clone for Levels {
             free: self.free.clone(),
             store: self.store.clone(),
             lists: self.lists.clone(),
+            marks: self.marks.clone(),
             used: self.used.iter().map(value).collect(),
             frame: value(&self.frame),
             requests: Requests::default(),
@@ -121,6 +126,8 @@ impl Levels {
             free: Vec::new(),
             store: BrickStore::of(pool),
             lists: Vec::new(),
+            marks: Vec::new(),
+            list_clock: 0,
             used: Vec::new(),
             frame: AtomicU32::new(0),
             kept_since: 1,
@@ -220,13 +227,7 @@ impl Levels {
     /// Returns the bytes of everything.
     pub fn memory_bytes(&self) -> u64 {
         let words = size_of_val(&self.store.words[..]) as u64;
-        let lists: usize = self
-            .lists
-            .iter()
-            .flatten()
-            .map(|list| size_of_val(&list.instructions[..]))
-            .sum();
-        PAGE_BYTES * self.pages.len() as u64 + self.store.memory_bytes() - words + lists as u64
+        PAGE_BYTES * self.pages.len() as u64 + self.store.memory_bytes() - words + self.list_bytes()
     }
 
     /// Returns the page of the coarsest level at a place.
