@@ -314,10 +314,7 @@ impl Levels {
         slots: &[u32],
         cells: &[u8],
     ) -> Vec<BakedPage<T>> {
-        let t0 = Instant::now();
         let lists = self.lists_of(context, slots);
-        let t1 = Instant::now();
-        let total: usize = slots.iter().map(|s| lists[s].len()).sum();
         let jobs: Vec<PageJob> = slots
             .iter()
             .zip(cells)
@@ -332,21 +329,9 @@ impl Levels {
             .into_par_iter()
             .map_init(|| context.baker(), |baker, job| baker.page(&job))
             .collect();
-        let n: u32 = cells.iter().map(|c| c.count_ones()).sum();
-        let t2 = Instant::now();
         let made = slots.iter().zip(&baked);
         let made = made.filter_map(|(&slot, page)| Some((slot, page.marks.clone()?)));
         self.keep_marks(made.collect());
-        eprintln!(
-            "lists {:.1} ms bake {:.1} ms pages {} cells {} bricks {} instr {} keep {:.1}",
-            (t1 - t0).as_secs_f64() * 1e3,
-            (t2 - t1).as_secs_f64() * 1e3,
-            slots.len(),
-            n,
-            baked.iter().map(BakedPage::bricks).sum::<u64>(),
-            total,
-            t2.elapsed().as_secs_f64() * 1e3
-        );
         baked
     }
 }
