@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Fewer pages than this are not worth another thread.
-const MIN_PAGES: usize = 16;
+const MIN_PAGES: usize = 4;
 
 /// Cells with their programs, after an edit and before it.
 type CellLists = Vec<(u32, [Arc<[Instruction]>; 2])>;
@@ -26,16 +26,6 @@ struct EditedPage {
     slot: u32,
     now: Arc<[Instruction]>,
     then: Arc<[Instruction]>,
-}
-
-/// What an edit did to a page.
-struct EditedCells<T> {
-    slot: u32,
-    /// The cells that it may have changed, one bit each.
-    cells: u8,
-    baked: BakedPage<T>,
-    /// The programs of these cells.
-    lists: CellLists,
 }
 
 /// The cells of a page in which an edit can matter, one bit each, and what is known of their programs.
@@ -65,50 +55,60 @@ impl Levels {
                 then: then.clone(),
             })
             .collect();
+        // All pages, coarser levels first, before any is baked: then all threads have work.
+        let mut pruners = [context.pruner(), context.pruner()];
+        let mut edited: Vec<(u8, PageJob)> = Vec::new();
+        let mut slots = Vec::new();
         while !open.is_empty() {
-            let edited: Vec<EditedCells<T>> = open
-                .into_par_iter()
-                .with_min_len(MIN_PAGES)
-                .map_init(
-                    || (context.baker(), [context.pruner(), context.pruner()]),
-                    |(baker, pruners), page| {
-                        let AffectedCells { cells, lists, kept } =
-                            self.affected(&page, touched, pruners);
-                        let job = PageJob {
-                            page: self.pages[page.slot as usize],
-                            list: page.now,
-                            cells: cells & self.known_cells(page.slot),
-                            kept,
-                        };
-                        EditedCells {
-                            slot: page.slot,
-                            cells,
-                            baked: if cells == 0 {
-                                BakedPage::default()
-                            } else {
-                                baker.page(&job)
-                            },
-                            lists,
-                        }
-                    },
-                )
-                .filter(|page| page.cells != 0)
-                .collect();
-            let slots: Vec<u32> = edited.iter().map(|page| page.slot).collect();
-            let renewed: Vec<u8> = edited.iter().map(|page| page.cells).collect();
-            let (baked, lists): (Vec<_>, Vec<_>) = edited
-                .into_iter()
-                .map(|page| (page.baked, page.lists))
-                .unzip();
+            let mut next = Vec::new();
+            for page in open {
+                let AffectedCells { cells, lists, kept } =
+                    self.affected(&page, touched, &mut pruners);
+                if cells == 0 {
+                    continue;
+                }
+                next.extend(lists.into_iter().map(|(cell, [now, then])| EditedPage {
+                    slot: self.children[cell as usize],
+                    now,
+                    then,
+                }));
+                let job = PageJob {
+                    page: self.pages[page.slot as usize],
+                    list: page.now,
+                    cells: cells & self.known_cells(page.slot),
+                    kept,
+                };
+                slots.push(page.slot);
+                edited.push((cells, job));
+            }
+            open = next;
+        }
+        let baked: Vec<BakedPage<T>> = edited
+            .par_iter()
+            .with_min_len(MIN_PAGES)
+            .map_init(|| context.baker(), |baker, (_, job)| baker.page(job))
+            .collect();
+        let all: Vec<(u32, u8, BakedPage<T>)> = slots
+            .into_iter()
+            .zip(baked)
+            .zip(&edited)
+            .map(|((slot, page), (cells, _))| (slot, *cells, page))
+            .collect();
+        let mut rest = all.into_iter().peekable();
+        while let Some(&(first, ..)) = rest.peek() {
+            let level = self.pages[first as usize].level;
+            let (mut slots, mut renewed, mut baked) = (Vec::new(), Vec::new(), Vec::new());
+            while let Some((slot, cells, page)) =
+                rest.next_if(|own| self.pages[own.0 as usize].level == level)
+            {
+                // What has no cell above any more is gone.
+                if self.is_resident(slot) {
+                    slots.push(slot);
+                    renewed.push(cells);
+                    baked.push(page);
+                }
+            }
             self.replace_cells(&slots, &baked, &renewed, done);
-            open = lists
-                .into_iter()
-                .flatten()
-                .filter_map(|(cell, [now, then])| {
-                    let slot = self.children[cell as usize];
-                    is_page(slot).then_some(EditedPage { slot, now, then })
-                })
-                .collect();
         }
     }
 
