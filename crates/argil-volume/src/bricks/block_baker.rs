@@ -16,7 +16,7 @@ pub(crate) struct CellContext<'a> {
     program: &'a Program,
     bounds: CellBounds<'a>,
     fill: FillUniform,
-    places: SampleOffsets,
+    places: &'static SampleOffsets,
     /// The largest deviation of distances from a plane in a flat cell.
     tolerance: f32,
 }
@@ -44,14 +44,14 @@ impl<'a> CellContext<'a> {
             program,
             bounds: CellBounds::new(program, &layout),
             fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
-            places: SampleOffsets::new(&layout),
+            places: SampleOffsets::of_eight(),
             layout,
         }
     }
 
     /// Returns the state of a thread.
     pub(crate) fn baker(&self) -> BrickBaker<'_> {
-        BrickBaker::new(self.program, &self.layout, &self.fill, &self.places)
+        BrickBaker::new(self.program, &self.layout, &self.fill, self.places)
     }
 
     /// Measures cells of a block with a program that is valid in all of them: the distances at their centers. The

@@ -12,6 +12,7 @@ use argil_abi::{
 use argil_field::{CELLS_PER_BATCH, Evaluator, FAR, HardBrush, LANES, Program, Pruner};
 use glam::{IVec3, Vec3, uvec3};
 use multiversion::multiversion;
+use std::sync::LazyLock;
 
 /// The offsets of a brick's samples, and of an octant's, in the order of the pool, along x, y and z.
 pub(crate) struct SampleOffsets {
@@ -25,7 +26,17 @@ pub(crate) struct SampleOffsets {
 const BETWEEN: usize = 7;
 
 impl SampleOffsets {
+    /// Returns those of bricks of eight voxels a side.
+    pub(super) fn of_eight() -> &'static Self {
+        static EIGHT: LazyLock<SampleOffsets> = LazyLock::new(|| SampleOffsets::of(8));
+        &EIGHT
+    }
+
     pub(super) fn new(layout: &BrickLayout) -> Self {
+        Self::of(layout.brick_size_voxels)
+    }
+
+    fn of(voxels: u32) -> Self {
         let of = |side: u32| {
             [1, side, side * side].map(|divisor| -> Vec<f32> {
                 (0..side.pow(3))
@@ -34,10 +45,10 @@ impl SampleOffsets {
             })
         };
         Self {
-            brick: of(layout.brick_size_voxels + 1),
-            octant: of(layout.brick_size_voxels / 2 + 1),
+            brick: of(voxels + 1),
+            octant: of(voxels / 2 + 1),
             between: of(BETWEEN as u32).map(|own| {
-                let step = (layout.brick_size_voxels + 2) as f32 / (BETWEEN - 1) as f32;
+                let step = (voxels + 2) as f32 / (BETWEEN - 1) as f32;
                 own.into_iter().map(|place| place * step - 1.0).collect()
             }),
         }
