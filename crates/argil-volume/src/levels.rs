@@ -46,6 +46,7 @@ mod tree;
 mod volume_kind;
 
 pub use fill::FillStats;
+pub use kept_list::PageList;
 pub use layout::LevelsLayout;
 pub use leaves::LeafCell;
 pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page};

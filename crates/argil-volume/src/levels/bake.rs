@@ -1,14 +1,13 @@
 //! Measures and samples the cells of pages, each with its own pruned program.
 
-use super::kept_list::PageCells;
+use super::kept_list::{PageCells, PageList};
 use super::layout::LevelsLayout;
 use super::page::{Page, octant_cells};
 use crate::MISSING_BRICK;
+use crate::Texel;
 use crate::bricks::{BrickBaker, CellContext, CellNearness, PartPruner};
-use crate::{BLOCK_SIDE, Texel};
 use argil_abi::Instruction;
 use argil_field::{Program, Pruner};
-use glam::IVec3;
 use std::sync::Arc;
 
 /// The largest deviation from a plane in a cell that is not refined, in voxels of level 0.
@@ -22,7 +21,6 @@ pub(super) struct PageContext<'a> {
 
 /// The state of a thread.
 pub(super) struct PageBaker<'a> {
-    program: &'a Program,
     levels: &'a [CellContext<'a>],
     pruner: Pruner<'a>,
     bakers: Vec<Option<BrickBaker<'a>>>,
@@ -33,9 +31,9 @@ pub(super) struct PageBaker<'a> {
 }
 
 /// A page to bake: where it is, its program, and the cells to sample, one bit each.
-pub(super) struct PageJob {
+pub(super) struct PageJob<'a> {
     pub page: Page,
-    pub list: Arc<[Instruction]>,
+    pub list: PageList<'a>,
     pub cells: u8,
     /// What is known of its cells' programs.
     pub kept: Option<Arc<PageCells>>,
@@ -92,13 +90,17 @@ impl<'a> PageContext<'a> {
         }
     }
 
+    /// Returns the program of the whole scene.
+    pub(super) fn whole(&self) -> PageList<'a> {
+        PageList::Whole(self.program.instructions())
+    }
+
     pub(super) fn pruner(&self) -> Pruner<'_> {
         Pruner::new(self.program)
     }
 
     pub(super) fn baker(&self) -> PageBaker<'_> {
         PageBaker {
-            program: self.program,
             levels: &self.levels,
             pruner: Pruner::new(self.program),
             bakers: self.levels.iter().map(|_| None).collect(),
@@ -109,22 +111,6 @@ impl<'a> PageContext<'a> {
 }
 
 impl PageBaker<'_> {
-    /// Returns the program of a page of the coarsest level.
-    pub(super) fn root_list(&mut self, place: IVec3) -> Arc<[Instruction]> {
-        let mut list = Vec::new();
-        let all = self.program.instructions();
-        let Some(context) = self.levels.last() else {
-            return list.into();
-        };
-        let side = BLOCK_SIDE / 2;
-        let center = context.layout.center(place * side as i32, side);
-        let radius = context.layout.half_diagonal(side);
-        self.pruner
-            .classify_cells(all, &[center], radius, &mut [0.0]);
-        self.pruner.prune_into(all, 0, &mut list);
-        list.into()
-    }
-
     /// Returns the programs of some of a page's cells, one bit each, given the page's. Also returns what was measured
     /// for that, if it was not known.
     pub(super) fn cell_lists(
@@ -159,7 +145,7 @@ impl PageBaker<'_> {
     }
 
     /// Measures a page, and samples some of its cells.
-    pub(super) fn page<T: Texel>(&mut self, job: &PageJob) -> BakedPage<T> {
+    pub(super) fn page<T: Texel>(&mut self, job: &PageJob<'_>) -> BakedPage<T> {
         let (measured, is_new) = match &job.kept {
             Some(kept) => (kept.clone(), false),
             None => (self.measure(&job.page, &job.list), true),

@@ -5,7 +5,7 @@
 //! within it: the search ends there.
 
 use super::bake::{BakedPage, PageContext, PageJob};
-use super::kept_list::PageCells;
+use super::kept_list::{PageCells, PageList};
 use super::page::{NO_PAGE, Page, is_page, octant_place};
 use super::tree::Levels;
 use crate::{EditStats, Texel};
@@ -19,21 +19,21 @@ use std::sync::Arc;
 const MIN_PAGES: usize = 4;
 
 /// Cells with their programs, after an edit and before it.
-type CellLists = Vec<(u32, [Arc<[Instruction]>; 2])>;
+type CellLists<'a> = Vec<(u32, [PageList<'a>; 2])>;
 
 /// A page that an edit may have changed, with its program before and after.
-struct EditedPage {
+struct EditedPage<'a> {
     slot: u32,
-    now: Arc<[Instruction]>,
-    then: Arc<[Instruction]>,
+    now: PageList<'a>,
+    then: PageList<'a>,
 }
 
 /// The cells of a page in which an edit can matter, one bit each, and what is known of their programs.
 #[derive(Default)]
-struct AffectedCells {
+struct AffectedCells<'a> {
     cells: u8,
     /// The programs of those that have pages below.
-    lists: CellLists,
+    lists: CellLists<'a>,
     kept: Option<Arc<PageCells>>,
 }
 
@@ -46,9 +46,9 @@ impl Levels {
         [now, then]: [&[Instruction]; 2],
         done: &mut EditStats,
     ) {
-        let (now, then): (Arc<[Instruction]>, Arc<[Instruction]>) = (now.into(), then.into());
+        let (now, then) = (PageList::Whole(now), PageList::Whole(then));
         let roots = self.roots.iter().filter(|&&slot| slot != NO_PAGE);
-        let mut open: Vec<EditedPage> = roots
+        let mut open: Vec<EditedPage<'_>> = roots
             .map(|&slot| EditedPage {
                 slot,
                 now: now.clone(),
@@ -57,7 +57,7 @@ impl Levels {
             .collect();
         // All pages, coarser levels first, before any is baked: then all threads have work.
         let mut pruners = [context.pruner(), context.pruner()];
-        let mut edited: Vec<(u8, PageJob)> = Vec::new();
+        let mut edited: Vec<(u8, PageJob<'_>)> = Vec::new();
         let mut slots = Vec::new();
         while !open.is_empty() {
             let mut next = Vec::new();
@@ -113,12 +113,12 @@ impl Levels {
     }
 
     /// Returns the cells of a page in which a touched instruction can matter.
-    fn affected(
+    fn affected<'a>(
         &self,
-        page: &EditedPage,
+        page: &EditedPage<'a>,
         touched: &ChangeSet,
         pruners: &mut [Pruner<'_>; 2],
-    ) -> AffectedCells {
+    ) -> AffectedCells<'a> {
         let own: &Page = &self.pages[page.slot as usize];
         let layout = self.layout.level(own.level);
         let first = 2 * own.place();
@@ -138,13 +138,13 @@ impl Levels {
             of_then.classify_cells(&page.then, &centers, radius, &mut [0.0; 8]);
             cells |= of_then.affected_cells(&page.then, is_one) as u8;
         }
-        let cut = |list: &Arc<[Instruction]>, pruner: &mut Pruner<'_>, i: usize| {
+        let cut = |list: &PageList<'a>, pruner: &mut Pruner<'_>, i: usize| {
             let mut own = Vec::new();
             pruner.prune_into(list, i, &mut own);
             // An instruction that matters can be missing, because another one covers it.
             let count = pruner.affected_count(list, i, is_one);
             if touched.count_in(&own) >= count {
-                own.into()
+                PageList::Pruned(own.into())
             } else {
                 list.clone()
             }
@@ -158,7 +158,7 @@ impl Levels {
             let then = if has_then {
                 cut(&page.then, of_then, i as usize)
             } else {
-                Arc::default()
+                PageList::Whole(&[])
             };
             (8 * page.slot + i, [now, then])
         });

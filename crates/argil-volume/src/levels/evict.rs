@@ -45,9 +45,12 @@ impl Levels {
         }
     }
 
-    /// Returns the bytes that bricks and pages in use need.
+    /// Returns the bytes of the budget that bricks and pages in use need. Programs of a scene that is itself large may
+    /// need more than their share.
     pub(super) fn used_bytes(&self) -> u64 {
-        self.memory_bytes() - PAGE_BYTES * self.free.len() as u64
+        let lists = self.list_bytes();
+        let beyond = lists.saturating_sub(self.list_share());
+        self.memory_bytes() - beyond - PAGE_BYTES * self.free.len() as u64
     }
 
     /// Evicts bricks and pages until some more bytes fit. Returns how many bricks, and whether they fit now.

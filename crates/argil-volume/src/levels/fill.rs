@@ -21,6 +21,8 @@ use web_time::Instant;
 const CHUNK: usize = 4096;
 /// The same, where time is short.
 const SHORT_CHUNK: usize = 128;
+/// Bytes of programs that are in memory at once, about.
+const BATCH_LIST_BYTES: u64 = 32 << 20;
 /// Chunks in whose requests neighbors come one after another, because they share programs.
 const SORTED_CHUNKS: usize = 8;
 
@@ -95,7 +97,7 @@ impl Levels {
                 |baker, &place| {
                     let job = PageJob {
                         page: Page::new(level, place, NO_PAGE),
-                        list: baker.root_list(place),
+                        list: context.whole(),
                         cells: u8::MAX,
                         kept: None,
                     };
@@ -232,13 +234,16 @@ impl Levels {
             0
         };
         let each = self.layout.level(0).brick_bytes() + 8 + PAGE_BYTES + mixed as u64;
+        let mut list_bytes = size_of_val(program.instructions()) as u64;
         while !rest.is_empty() {
+            let chunk = chunk.min((BATCH_LIST_BYTES / list_bytes.max(1)) as usize + 1);
             let (evicted, fits) = self.make_room::<T>(each * chunk.min(rest.len()) as u64);
             done.evicted += evicted;
             let room = self.budget.saturating_sub(self.used_bytes()) / each;
             let count = chunk.min(rest.len()).min(room as usize);
             let (some, others) = rest.split_at(count);
             done.bricks += self.bake_requests::<T>(&context, some);
+            list_bytes = self.mean_list_bytes;
             done.answered += some.len() as u64;
             rest = others;
             if !fits {
@@ -315,7 +320,7 @@ impl Levels {
         cells: &[u8],
     ) -> Vec<BakedPage<T>> {
         let lists = self.lists_of(context, slots);
-        let jobs: Vec<PageJob> = slots
+        let jobs: Vec<PageJob<'_>> = slots
             .iter()
             .zip(cells)
             .map(|(slot, &cells)| PageJob {

@@ -4,6 +4,26 @@ use argil_abi::Instruction;
 use argil_field::CellMarks;
 use std::sync::Arc;
 
+/// The program of a page.
+#[derive(Clone, Debug)]
+pub enum PageList<'a> {
+    /// That of the whole scene, in pages of the coarsest level.
+    Whole(&'a [Instruction]),
+    /// What can matter in the page.
+    Pruned(Arc<[Instruction]>),
+}
+
+impl std::ops::Deref for PageList<'_> {
+    type Target = [Instruction];
+
+    fn deref(&self) -> &[Instruction] {
+        match self {
+            PageList::Whole(all) => all,
+            PageList::Pruned(list) => list,
+        }
+    }
+}
+
 /// The pruned program of a page, and when it was used last.
 #[derive(Clone, Debug)]
 pub(super) struct KeptList {

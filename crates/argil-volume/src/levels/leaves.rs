@@ -2,15 +2,14 @@
 
 use super::bake::PageContext;
 use super::fill::FillStats;
+use super::kept_list::PageList;
 use super::page::{NO_PAGE, is_page, octant_place};
 use super::requests::PageRequest;
 use super::tree::Levels;
 use crate::{MISSING_BRICK, is_brick};
-use argil_abi::Instruction;
 use argil_field::Program;
 use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::FxHashMap;
-use std::sync::Arc;
 
 /// A cell without finer ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,11 +146,11 @@ impl Levels {
     }
 
     /// Returns the pruned programs of the pages of some cells, by slot. They are valid in the whole page.
-    pub fn page_programs(
+    pub fn page_programs<'a>(
         &mut self,
-        program: &Program,
+        program: &'a Program,
         cells: impl IntoIterator<Item = u32>,
-    ) -> FxHashMap<u32, Arc<[Instruction]>> {
+    ) -> FxHashMap<u32, PageList<'a>> {
         let mut slots: Vec<u32> = cells.into_iter().map(|cell| cell / 8).collect();
         slots.sort_unstable();
         slots.dedup();

@@ -1,12 +1,12 @@
 //! The pruned programs of pages.
 
 use super::bake::PageContext;
-use super::kept_list::{KeptList, KeptMarks, PageCells};
+use super::kept_list::{KeptList, KeptMarks, PageCells, PageList};
 use super::page::NO_PAGE;
 use super::tree::Levels;
 use argil_abi::Instruction;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// Bytes of pages' programs that are kept, and the part of the budget that they may use.
@@ -18,83 +18,97 @@ const MARK_SHARE: u64 = 8;
 
 impl Levels {
     /// Returns the programs of pages. Those that are kept come from there, and the others from the page above.
-    pub(super) fn lists_of(
+    pub(super) fn lists_of<'a>(
         &mut self,
-        context: &PageContext<'_>,
+        context: &PageContext<'a>,
         slots: &[u32],
-    ) -> FxHashMap<u32, Arc<[Instruction]>> {
-        let (mut found, mut unknown) = self.kept_lists(slots);
-        let order = |slot: u32| {
+    ) -> FxHashMap<u32, PageList<'a>> {
+        let (mut found, mut unknown) = self.kept_lists(context, slots);
+        unknown.sort_unstable_by_key(|&slot| {
             let page = &self.pages[slot as usize];
             (std::cmp::Reverse(page.level), page.parent, slot)
-        };
-        unknown.sort_unstable_by_key(|&slot| order(slot));
+        });
         unknown.dedup();
-        let (pages, marks) = (&self.pages, &self.marks);
-        let mut made = Vec::new();
-        for same in unknown.chunk_by(|&a, &b| pages[a as usize].level == pages[b as usize].level) {
-            let page_above = |slot: u32| pages[slot as usize].parent / 8;
-            let families: Vec<&[u32]> = same
-                .chunk_by(|&a, &b| page_above(a) == page_above(b))
-                .collect();
-            let own: Vec<FamilyLists> = families
-                .par_iter()
-                .map_init(
-                    || context.baker(),
-                    |baker, family| {
-                        let first = &pages[family[0] as usize];
-                        if first.parent == NO_PAGE {
-                            let list = |&slot: &u32| {
-                                let place = pages[slot as usize].place();
-                                (slot, baker.root_list(place))
-                            };
-                            return (family.iter().map(list).collect(), None);
-                        }
-                        let above = first.parent / 8;
-                        let cell_of = |slot: &u32| pages[*slot as usize].parent % 8;
-                        let cells = family.iter().map(cell_of);
-                        let cells = cells.fold(0, |all, cell| all | 1u8 << cell);
-                        let page = &pages[above as usize];
-                        let kept = marks[above as usize].as_ref();
-                        let kept = kept.map(|kept| &*kept.cells);
-                        let (mut lists, measured) =
-                            baker.cell_lists(page, &found[&above], cells, kept);
-                        let own = family.iter().map(|&slot| {
-                            let cell = pages[slot as usize].parent % 8;
-                            (slot, std::mem::take(&mut lists[cell as usize]))
-                        });
-                        (own.collect(), measured.map(|measured| (above, measured)))
-                    },
-                )
-                .collect();
-            for (lists, measured) in own {
-                found.extend(lists);
-                made.extend(measured);
+        let asked: FxHashSet<u32> = slots.iter().copied().collect();
+        let level = |slot: u32| self.pages[slot as usize].level;
+        let levels: Vec<Vec<u32>> = unknown
+            .chunk_by(|&a, &b| level(a) == level(b))
+            .map(<[u32]>::to_vec)
+            .collect();
+        for same in levels {
+            self.derive_lists(context, &same, &mut found);
+            // Programs near the root are long.
+            for slot in same {
+                let above = self.pages[slot as usize].parent / 8;
+                if !asked.contains(&above) {
+                    found.remove(&above);
+                }
             }
         }
-        self.keep_marks(made);
+        let bytes: usize = found.values().map(|list| size_of_val(&list[..])).sum();
+        self.mean_list_bytes = (bytes / found.len().max(1)) as u64;
+        found
+    }
+
+    /// Finds the programs of pages of a level, given those of the pages above, and keeps them as far as there is room.
+    fn derive_lists<'a>(
+        &mut self,
+        context: &PageContext<'a>,
+        same: &[u32],
+        found: &mut FxHashMap<u32, PageList<'a>>,
+    ) {
+        let (pages, marks) = (&self.pages, &self.marks);
+        let above = |slot: u32| pages[slot as usize].parent / 8;
+        let families: Vec<&[u32]> = same.chunk_by(|&a, &b| above(a) == above(b)).collect();
+        let own: Vec<FamilyLists> = families
+            .par_iter()
+            .map_init(
+                || context.baker(),
+                |baker, family| {
+                    let above = above(family[0]);
+                    let cell_of = |slot: &u32| pages[*slot as usize].parent % 8;
+                    let cells = family.iter().map(cell_of);
+                    let cells = cells.fold(0, |all, cell| all | 1u8 << cell);
+                    let page = &pages[above as usize];
+                    let kept = marks[above as usize].as_ref();
+                    let kept = kept.map(|kept| &*kept.cells);
+                    let (mut lists, measured) = baker.cell_lists(page, &found[&above], cells, kept);
+                    let own = family.iter().map(|slot| {
+                        let list = std::mem::take(&mut lists[cell_of(slot) as usize]);
+                        (*slot, list)
+                    });
+                    (own.collect(), measured.map(|measured| (above, measured)))
+                },
+            )
+            .collect();
+        let (lists, measured): (Vec<_>, Vec<_>) = own.into_iter().unzip();
+        self.keep_marks(measured.into_iter().flatten().collect());
         let bytes = |list: &Arc<[Instruction]>| size_of_val(&list[..]) as u64;
-        let needed: u64 = unknown.iter().map(|slot| bytes(&found[slot])).sum();
+        let needed = lists.iter().flatten().map(|(_, list)| bytes(list)).sum();
         let mut room = self.drop_lists(needed);
-        for slot in unknown {
-            let instructions = found[&slot].clone();
+        for (slot, instructions) in lists.into_iter().flatten() {
             if bytes(&instructions) <= room {
                 room -= bytes(&instructions);
                 self.lists[slot as usize] = Some(KeptList {
-                    instructions,
+                    instructions: instructions.clone(),
                     used: self.list_clock,
                 });
             }
+            found.insert(slot, PageList::Pruned(instructions));
         }
-        found
     }
 
     /// Returns the kept programs of pages or, where they are not, of the nearest pages above, and the pages on the way
     /// whose programs are unknown.
-    fn kept_lists(&mut self, slots: &[u32]) -> (FxHashMap<u32, Arc<[Instruction]>>, Vec<u32>) {
+    fn kept_lists<'a>(
+        &mut self,
+        context: &PageContext<'a>,
+        slots: &[u32],
+    ) -> (FxHashMap<u32, PageList<'a>>, Vec<u32>) {
+        self.program_bytes = size_of_val(&context.whole()[..]) as u64;
         self.list_clock += 1;
         let now = self.list_clock;
-        let mut found: FxHashMap<u32, Arc<[Instruction]>> = FxHashMap::default();
+        let mut found: FxHashMap<u32, PageList<'a>> = FxHashMap::default();
         let mut unknown: Vec<u32> = Vec::new();
         for &slot in slots {
             let mut at = slot;
@@ -103,14 +117,19 @@ impl Levels {
                     break;
                 }
                 if let Some(list) = &self.lists[at as usize] {
-                    found.insert(at, list.instructions.clone());
+                    found.insert(at, PageList::Pruned(list.instructions.clone()));
                     self.touch_lists(at, now);
                     break;
                 }
-                unknown.push(at);
                 match self.pages[at as usize].parent {
-                    NO_PAGE => break,
-                    parent => at = parent / 8,
+                    NO_PAGE => {
+                        found.insert(at, context.whole());
+                        break;
+                    }
+                    parent => {
+                        unknown.push(at);
+                        at = parent / 8;
+                    }
                 }
             }
         }
@@ -149,6 +168,23 @@ impl Levels {
         lists.sum::<u64>() + marks.sum::<u64>()
     }
 
+    /// Returns the bytes of the budget that kept programs, and what is known of them, may use.
+    pub(super) fn list_share(&self) -> u64 {
+        LIST_BYTES.min(self.budget / LIST_SHARE) + MARK_BYTES.min(self.budget / MARK_SHARE)
+    }
+
+    /// Returns the most bytes of kept programs: more than their share, if the scene's program is itself longer.
+    fn list_limit(&self) -> u64 {
+        let share = LIST_BYTES.min(self.budget / LIST_SHARE);
+        share.max(self.program_bytes / 4)
+    }
+
+    /// Returns the most bytes of what is known of programs.
+    fn mark_limit(&self) -> u64 {
+        let share = MARK_BYTES.min(self.budget / MARK_SHARE);
+        share.max(self.program_bytes / 2)
+    }
+
     /// Marks what is kept of a page and of those above it as used: it is the shortest way to others near them.
     fn touch_lists(&mut self, mut slot: u32, now: u32) {
         loop {
@@ -177,7 +213,7 @@ impl Levels {
 
     /// Drops programs that were not used for the longest time, until some more bytes fit. Returns how many do.
     fn drop_lists(&mut self, needed: u64) -> u64 {
-        let limit = LIST_BYTES.min(self.budget / LIST_SHARE);
+        let limit = self.list_limit();
         let kept = (0u32..).zip(&self.lists).filter_map(|(slot, list)| {
             let list = list.as_ref()?;
             Some((list.used, slot, size_of_val(&list.instructions[..]) as u64))
@@ -192,7 +228,7 @@ impl Levels {
     /// Drops what is known of cells and was not used for the longest time, until some more bytes fit. Returns how many
     /// do.
     fn drop_marks(&mut self, needed: u64) -> u64 {
-        let limit = MARK_BYTES.min(self.budget / MARK_SHARE);
+        let limit = self.mark_limit();
         let kept = (0u32..).zip(&self.marks).filter_map(|(slot, kept)| {
             let kept = kept.as_ref()?;
             Some((kept.used, slot, kept.cells.bytes()))

@@ -63,6 +63,10 @@ pub struct Levels {
     pub(super) marks: Vec<Option<KeptMarks>>,
     /// How often programs were looked up: they are kept by their last use.
     pub(super) list_clock: u32,
+    /// The bytes of the scene's program.
+    pub(super) program_bytes: u64,
+    /// The mean bytes of the programs of pages that were baked last.
+    pub(super) mean_list_bytes: u64,
     /// The last frame that used each cell.
     pub(super) used: Vec<AtomicU32>,
     /// The current frame. The first is 1.
@@ -128,6 +132,8 @@ impl Levels {
             lists: Vec::new(),
             marks: Vec::new(),
             list_clock: 0,
+            program_bytes: 0,
+            mean_list_bytes: 0,
             used: Vec::new(),
             frame: AtomicU32::new(0),
             kept_since: 1,
