@@ -6,6 +6,7 @@ use crate::interpreter_state::{InterpreterState, words};
 use crate::material_mix::mark_group;
 use crate::scalar::{LANES, Real};
 use argil_abi as abi;
+use glam::DVec3;
 
 /// Returns the end of a bounded group that is too far to change a union in any lane. It marks the group, if marks are
 /// carried.
@@ -18,6 +19,9 @@ pub(crate) fn skip_group<R: Real>(
     marks: bool,
 ) -> Option<usize> {
     let &[cx, cy, cz, radius, factor] = words(params, instructions[begin].params as usize);
+    let origin = r.current_origin().map_or(DVec3::ZERO, |origin| origin);
+    let [cx, cy, cz] = [(cx, origin.x), (cy, origin.y), (cz, origin.z)]
+        .map(|(center, origin)| (f64::from(center) - origin) as f32);
     let [xs, ys, zs] = &r.point;
     let mut least = f32::INFINITY;
     for i in 0..r.active.min(LANES) {

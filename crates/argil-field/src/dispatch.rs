@@ -64,7 +64,7 @@ macro_rules! dispatch {
             r: &mut InterpreterState<R>,
             op: u32,
             flags: u32,
-            b: &BrushParams<'_>,
+            b: &BrushParams,
             at: usize,
         ) {
             let is_translation = flags & abi::FLAG_TRANSLATION != 0;
@@ -100,11 +100,11 @@ fn curve_brush<R: Real>(
     r: &mut InterpreterState<R>,
     program: &Program,
     op: u32,
-    b: &BrushParams<'_>,
+    b: &BrushParams,
     at: usize,
 ) {
     let j = &b.joint;
-    let m = *b.m;
+    let m = b.m;
     let bounds: [f32; 6] = *words(&program.params, at);
     let [xs, ys, zs] = &r.point;
     for first in (0..r.active.min(LANES)).step_by(SIMD_BLOCK) {

@@ -10,18 +10,18 @@ use argil_abi as abi;
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
 
 /// A brush's map from the point, and its joint.
-pub(crate) struct BrushParams<'a> {
-    pub m: &'a [f32; 12],
+pub(crate) struct BrushParams {
+    pub m: [f32; 12],
     pub scale: f32,
     pub joint: Joint,
 }
 
-impl<'a> BrushParams<'a> {
+impl BrushParams {
     #[inline(always)]
-    pub(crate) fn read(params: &'a [f32], at: usize) -> Self {
+    pub(crate) fn read(params: &[f32], at: usize) -> Self {
         let h: &[f32; HEADER] = words(params, at);
         Self {
-            m: words(h, 0),
+            m: *words(h, 0),
             scale: h[12],
             joint: Joint {
                 k: h[13],
@@ -55,7 +55,7 @@ pub(crate) fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
 pub(crate) fn brush<R: Real, const N: usize>(
     point: &[R::Lanes; 3],
     acc: &mut R::Lanes,
-    b: &BrushParams<'_>,
+    b: &BrushParams,
     active: usize,
     is_translation: bool,
     w: &[f32; N],
@@ -63,7 +63,7 @@ pub(crate) fn brush<R: Real, const N: usize>(
 ) {
     let [xs, ys, zs] = point;
     // Copies, so that the optimizer need not prove that the words and the lanes do not overlap.
-    let (m, w) = (*b.m, *w);
+    let (m, w) = (b.m, *w);
     let blocks = (active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
     let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
     match (is_translation, is_union) {

@@ -6,7 +6,7 @@ use crate::interpreter_state::{InterpreterState, Loan};
 use crate::scalar::{Dual, F32Lanes, Real};
 use crate::{FAR, Program};
 use argil_abi::{GpuMaterial, Instruction};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use multiversion::multiversion;
 use std::array;
 
@@ -59,6 +59,7 @@ pub struct Evaluator<'a> {
     program: &'a Program,
     plain: Loan<f32>,
     dual: Option<Loan<Dual>>,
+    origin: Option<DVec3>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -68,7 +69,30 @@ impl<'a> Evaluator<'a> {
             program,
             plain: Loan::new(),
             dual: None,
+            origin: None,
         }
+    }
+
+    /// Sets what points are relative to from now on, in place of the scene's origin. Distances near such a point are
+    /// as precise as they would be at the scene's origin, however far away it is. Noise, and what is repeated, mirrored
+    /// or bent in the scene's own space, is only as precise as the scene's coordinates. An endless repetition is
+    /// precise.
+    ///
+    /// ```
+    /// use argil_field::{Evaluator, Program};
+    /// use argil_scene::{Scene, Shape};
+    /// let mut scene = Scene::new();
+    /// scene.push(Shape::sphere(1.0).at([100_000.0, 0.0, 0.0]))?;
+    /// let program = Program::lower(&scene)?;
+    /// let mut evaluator = Evaluator::new(&program);
+    /// evaluator.set_origin(Some([100_000.0, 0.0, 0.0].into()));
+    /// let mut out = [0.0];
+    /// evaluator.distances(&[1.000_001], &[0.0], &[0.0], &mut out);
+    /// assert!((out[0] - 1e-6).abs() < 1e-7);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn set_origin(&mut self, origin: Option<DVec3>) {
+        self.origin = origin;
     }
 
     /// Returns the program.
@@ -116,6 +140,7 @@ impl<'a> Evaluator<'a> {
         let plain = &mut *self.plain;
         plain.active = n.next_multiple_of(SIMD_BLOCK);
         plain.start = start;
+        plain.origin = self.origin;
         for (lanes, from) in plain.point.iter_mut().zip(points) {
             load(lanes, from, plain.active);
         }
@@ -154,6 +179,7 @@ impl<'a> Evaluator<'a> {
         assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let dual = &mut **self.dual.get_or_insert_with(Loan::new);
         dual.active = n.next_multiple_of(SIMD_BLOCK);
+        dual.origin = self.origin;
         for (k, (lanes, from)) in dual.point.iter_mut().zip([x, y, z]).enumerate() {
             load(&mut lanes.0[0], from, dual.active);
             for (along, ones) in (0..3).zip(&mut lanes.0[1..]) {
@@ -200,6 +226,7 @@ impl<'a> Evaluator<'a> {
         for (lanes, from) in plain.point.iter_mut().zip([x, y, z]) {
             load(lanes, from, plain.active);
         }
+        plain.origin = self.origin;
         let first = self.program.materials[0];
         for k in 0..4 {
             plain.material[k] = f32::splat(first.base_roughness[k]);

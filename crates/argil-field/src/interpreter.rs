@@ -7,12 +7,14 @@ use crate::dispatch::measure;
 use crate::domain_ops::{
     RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
 };
-use crate::eval_brush::{BrushParams, HEADER, mapped};
+use crate::eval_brush::{BrushParams, HEADER};
 use crate::interpreter_state::{InterpreterState, words};
 use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
+use crate::places::placed;
 use crate::prefetch::prefetch;
+use crate::relative_points::{affine, displace, leave_origin};
 use crate::scalar::{F32Lanes, LANES, Real};
-use crate::{FAR, Program, WORLD_LIMIT, noise};
+use crate::{FAR, Program, WORLD_LIMIT};
 use argil_abi as abi;
 
 /// What a run carries besides distances.
@@ -42,6 +44,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
     for i in lanes_of(r.active) {
         R::set(&mut r.acc, i, R::constant(r.start));
     }
+    r.absolute_from = usize::MAX;
     let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
     let params = &program.params[..];
     // Caches hold the parameters of short lists.
@@ -82,21 +85,21 @@ pub(crate) fn run<R: Real, const APART: bool>(
             }
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
-            abi::OP_AFFINE => {
-                let m = words(params, at);
-                map_point::<R>(&mut r.point, |p| mapped(p, m));
+            abi::OP_AFFINE => affine(r, params, at, instructions.get(pc)),
+            abi::OP_MIRROR | abi::OP_ELONGATE | abi::OP_TWIST | abi::OP_BEND => {
+                leave_origin(r, params, &instructions[pc - 1]);
+                change_domain(r, params, op, at);
             }
-            abi::OP_MIRROR => mirror(r, words(params, at)),
-            abi::OP_ELONGATE => elongate(r, words(params, at)),
-            abi::OP_REPEAT | abi::OP_RADIAL => begin_copies(r, params, op, at, materials),
+            abi::OP_REPEAT | abi::OP_RADIAL => {
+                leave_origin(r, params, &instructions[pc - 1]);
+                begin_copies(r, params, op, at, materials);
+            }
             abi::OP_NEXT => {
                 let begin = &instructions[operand as usize];
                 if next(r, params, begin, materials) {
                     pc = operand as usize + 1;
                 }
             }
-            abi::OP_TWIST => warp(r, words(params, at), twist),
-            abi::OP_BEND => warp(r, words(params, at), bend),
             abi::OP_UNCLAMP => {
                 restore_point(r);
                 unclamp_values(r, words(params, at));
@@ -131,6 +134,9 @@ fn brush<R: Real, const APART: bool>(
     let (flags, at) = (instr.flags, instr.params as usize);
     // What is carried needs the brush measured by itself first.
     let mut b = BrushParams::read(&program.params, at);
+    if let Some(origin) = r.current_origin() {
+        b.m = placed(&program.params, at, origin, &[]);
+    }
     let joint = b.joint;
     if APART {
         b.joint = Joint::HARD_UNION;
@@ -170,6 +176,9 @@ fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
 fn restore_point<R: Real>(r: &mut InterpreterState<R>) {
     if let Some(point) = r.points.pop() {
         r.point = point;
+    }
+    if r.points.len() < r.absolute_from {
+        r.absolute_from = usize::MAX;
     }
 }
 
@@ -277,6 +286,17 @@ fn next<R: Real>(
     false
 }
 
+/// Folds or deforms the space of what follows.
+#[inline(always)]
+fn change_domain<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: usize) {
+    match op {
+        abi::OP_MIRROR => mirror(r, words(params, at)),
+        abi::OP_ELONGATE => elongate(r, words(params, at)),
+        abi::OP_TWIST => warp(r, words(params, at), twist),
+        _ => warp(r, words(params, at), bend),
+    }
+}
+
 #[inline(always)]
 fn mirror<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
     map_point::<R>(&mut r.point, |[x, y, z]| {
@@ -336,20 +356,6 @@ fn round<R: Real>(r: &mut InterpreterState<R>, &[radius]: &[f32; 1]) {
 fn shell<R: Real>(r: &mut InterpreterState<R>, &[half_thickness]: &[f32; 1]) {
     for i in 0..LANES {
         let d = R::get(&r.acc, i).abs() - half_thickness;
-        R::set(&mut r.acc, i, d);
-    }
-}
-
-#[inline(always)]
-fn displace<R: Real>(r: &mut InterpreterState<R>, &[amplitude, frequency]: &[f32; 2], seed: u32) {
-    let [xs, ys, zs] = &r.point;
-    for i in 0..LANES {
-        let p = [
-            R::get(xs, i) * frequency,
-            R::get(ys, i) * frequency,
-            R::get(zs, i) * frequency,
-        ];
-        let d = R::get(&r.acc, i) + noise::value_noise(p, seed) * amplitude;
         R::set(&mut r.acc, i, d);
     }
 }

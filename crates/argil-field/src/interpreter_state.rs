@@ -3,6 +3,7 @@
 use crate::FAR;
 use crate::marks::Marks;
 use crate::scalar::{Dual, F32Lanes, LANES, Real};
+use glam::DVec3;
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
 use std::thread::LocalKey;
@@ -14,6 +15,10 @@ pub(crate) type MaterialLanes = [F32Lanes; 8];
 pub(crate) struct InterpreterState<R: Real> {
     /// The points, which instructions change.
     pub point: [R::Lanes; 3],
+    /// What the points are relative to, if that is not the scene's origin.
+    pub origin: Option<DVec3>,
+    /// From this number of saved points on, the current one is not relative to `origin`: it is in the frame of a solid.
+    pub absolute_from: usize,
     /// Lanes in use, rounded up to whole blocks.
     pub active: usize,
     /// The initial value of distances.
@@ -56,10 +61,19 @@ macro_rules! spare {
 spare!(f32, Dual);
 
 impl<R: Real> InterpreterState<R> {
+    /// Returns what the current points are relative to. Most often, that is nothing.
+    #[inline(always)]
+    pub(crate) fn current_origin(&self) -> Option<DVec3> {
+        self.origin
+            .filter(|_| self.points.len() < self.absolute_from)
+    }
+
     pub(crate) fn new() -> Self {
         let zero = || R::splat(0.0);
         Self {
             point: [zero(), zero(), zero()],
+            origin: None,
+            absolute_from: 0,
             active: LANES,
             start: FAR,
             acc: zero(),

@@ -1,16 +1,17 @@
 //! Finds the instructions that can matter in a cell.
 
 use crate::Program;
-use crate::bounded_group::end_of_group;
 use crate::curves::SIMD_BLOCK;
 use crate::eval_brush::BrushParams;
 use crate::evaluate::run_parallel;
 use crate::interpreter::Carried;
 use crate::interpreter_state::Loan;
 use crate::marks::{CELLS_PER_BATCH, CellMarks, Marks};
+use crate::places::rounding_region;
+use crate::pruned_writer::{PrunedWriter, RUN};
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 const _: () =
     assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
@@ -48,12 +49,11 @@ pub struct Pruner<'a> {
     program: &'a Program,
     registers: Loan<f32>,
     writer: PrunedWriter,
+    /// What centers are relative to.
+    origin: Option<DVec3>,
     /// For each [`RUN`] of instructions, the cells in which all of them are dropped.
     skipped: Vec<u64>,
 }
-
-/// Instructions that a cell skips at once, because most of a long program is dropped.
-const RUN: usize = 8;
 
 impl<'a> Pruner<'a> {
     /// Creates a pruner of a program.
@@ -61,9 +61,15 @@ impl<'a> Pruner<'a> {
         Self {
             program,
             registers: Loan::new(),
+            origin: None,
             writer: PrunedWriter::default(),
             skipped: Vec::new(),
         }
+    }
+
+    /// Sets what the centers of cells are relative to from now on: see [`Evaluator::set_origin`](crate::Evaluator::set_origin).
+    pub fn set_origin(&mut self, origin: Option<DVec3>) {
+        self.origin = origin;
     }
 
     /// Classifies cells with one half diagonal that share a program. Computes the distances at their centers into
@@ -89,8 +95,10 @@ impl<'a> Pruner<'a> {
             }
         }
         let region = Aabb::around(centers.iter().copied()).grown(half_diagonal);
+        let region = rounding_region(instructions, region, self.origin);
         let change = self.program.lipschitz() * half_diagonal * 1.000_01;
         r.margin = 2.0 * (change + self.program.list_slack(instructions, region));
+        r.origin = self.origin;
         r.marks.clear();
         r.marks.resize(instructions.len(), Marks::default());
         run_parallel(self.program, instructions, r, Carried::Marks);
@@ -242,209 +250,5 @@ impl<'a> Pruner<'a> {
         };
         let skips = |run: usize| bit(skipped[run]);
         self.writer.prune(instructions, drops, skips, out);
-    }
-}
-
-/// Points each end of a loop at its beginning, which has moved.
-fn close_loops(instructions: &mut [Instruction]) {
-    let mut open = Vec::new();
-    for (at, instr) in instructions.iter_mut().enumerate() {
-        match instr.op {
-            abi::OP_REPEAT | abi::OP_RADIAL => open.push(at as u32),
-            abi::OP_NEXT => instr.operand = open.pop().expect("each end of a loop has a beginning"),
-            _ => {}
-        }
-    }
-}
-
-/// The state of writing a pruned program.
-#[derive(Debug, Default)]
-struct PrunedWriter {
-    /// The beginning of what is in the accumulator.
-    segment: usize,
-    /// For each saved value: its beginning, and where it was saved.
-    saved: Vec<(usize, usize)>,
-    /// Open frames: where each was opened, and whether anything was measured in it.
-    frames: Vec<(usize, bool)>,
-    /// Scratch memory of [`PrunedWriter::erase`].
-    kept: Vec<Instruction>,
-}
-
-impl PrunedWriter {
-    /// Appends the pruned program. `drops` tells for an instruction whether what is before it is dropped, and whether
-    /// it is itself. `skips` tells whether a run of instructions is.
-    #[inline(always)]
-    fn prune(
-        &mut self,
-        instructions: &[Instruction],
-        drops: impl Fn(usize) -> (bool, bool),
-        skips: impl Fn(usize) -> bool,
-        out: &mut Vec<Instruction>,
-    ) {
-        let begin = out.len();
-        self.clear(begin);
-        let mut at = 0;
-        while let Some(instr) = instructions.get(at) {
-            if at.is_multiple_of(RUN) && skips(at / RUN) {
-                at += RUN;
-                continue;
-            }
-            let (drop_a, drop_b) = drops(at);
-            at += 1;
-            if drop_b && instr.op < abi::OP_SHAPES_END {
-                continue;
-            }
-            match instr.op {
-                abi::OP_REPEAT | abi::OP_RADIAL => {
-                    // A loop stays whole.
-                    let mut open = 1;
-                    out.push(*instr);
-                    while open > 0
-                        && let Some(inner) = instructions.get(at)
-                    {
-                        at += 1;
-                        match inner.op {
-                            abi::OP_REPEAT | abi::OP_RADIAL => open += 1,
-                            abi::OP_NEXT => open -= 1,
-                            _ => {}
-                        }
-                        out.push(*inner);
-                    }
-                    self.has_value();
-                }
-                op if op < abi::OP_SHAPES_END => self.brush(*instr, drop_a, drop_b, out),
-                abi::OP_COMBINE => self.combine(*instr, drop_a, drop_b, out),
-                abi::OP_PUSH_VALUE if drop_b => {
-                    // A bounded group that is too far.
-                    at = end_of_group(instructions, at - 1).map_or(at, |end| end + 1);
-                }
-                abi::OP_PUSH_VALUE => self.push_value(*instr, out),
-                abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.open(*instr, out),
-                abi::OP_POP_POINT | abi::OP_UNCLAMP => self.close(*instr, out),
-                _ => out.push(*instr),
-            }
-        }
-        close_loops(&mut out[begin..]);
-    }
-
-    fn clear(&mut self, begin: usize) {
-        self.segment = begin;
-        self.saved.clear();
-        self.frames.clear();
-    }
-
-    fn has_value(&mut self) {
-        if let Some((_, has_value)) = self.frames.last_mut() {
-            *has_value = true;
-        }
-    }
-
-    fn brush(
-        &mut self,
-        instr: Instruction,
-        drop_a: bool,
-        drop_b: bool,
-        out: &mut Vec<Instruction>,
-    ) {
-        if drop_b {
-            return;
-        }
-        if drop_a {
-            self.erase(self.segment, out.len(), out);
-        }
-        out.push(instr);
-        self.has_value();
-    }
-
-    fn push_value(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
-        self.saved.push((self.segment, out.len()));
-        out.push(instr);
-        self.segment = out.len();
-    }
-
-    fn combine(
-        &mut self,
-        instr: Instruction,
-        drop_a: bool,
-        drop_b: bool,
-        out: &mut Vec<Instruction>,
-    ) {
-        let Some((begin, pushed)) = self.saved.pop() else {
-            return;
-        };
-        let is_swapped = instr.flags & abi::FLAG_SWAPPED != 0;
-        let (drop_saved, drop_current) = if is_swapped {
-            (drop_b, drop_a)
-        } else {
-            (drop_a, drop_b)
-        };
-        if drop_current {
-            // All frames within it are closed.
-            out.truncate(pushed);
-        } else if drop_saved {
-            self.erase(begin, pushed + 1, out);
-        } else {
-            out.push(instr);
-        }
-        self.has_value();
-        self.segment = begin;
-    }
-
-    fn open(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
-        self.frames.push((out.len(), false));
-        out.push(instr);
-    }
-
-    fn close(&mut self, instr: Instruction, out: &mut Vec<Instruction>) {
-        match self.frames.pop() {
-            Some((begin, false)) => out.truncate(begin),
-            _ => {
-                out.push(instr);
-                self.has_value();
-            }
-        }
-    }
-
-    /// Removes what a range of the program measured. Open frames stay, with what moves their point.
-    fn erase(&mut self, begin: usize, end: usize, out: &mut Vec<Instruction>) {
-        self.kept.clear();
-        let mut closed = 0;
-        let mut frame = self.frames.len();
-        for at in (begin..end).rev() {
-            let instr = out[at];
-            let stays = match instr.op {
-                abi::OP_POP_POINT | abi::OP_UNCLAMP | abi::OP_NEXT => {
-                    closed += 1;
-                    false
-                }
-                abi::OP_PUSH_POINT
-                | abi::OP_TWIST
-                | abi::OP_BEND
-                | abi::OP_REPEAT
-                | abi::OP_RADIAL => {
-                    if closed > 0 {
-                        closed -= 1;
-                        false
-                    } else {
-                        // An open frame: its position relative to the range's new end.
-                        frame = frame.saturating_sub(1);
-                        if let Some(open) = self.frames.get_mut(frame) {
-                            *open = (self.kept.len(), false);
-                        }
-                        true
-                    }
-                }
-                abi::OP_AFFINE | abi::OP_MIRROR | abi::OP_ELONGATE => closed == 0,
-                _ => false,
-            };
-            if stays {
-                self.kept.push(instr);
-            }
-        }
-        let kept = self.kept.len();
-        for (at, _) in &mut self.frames[frame..] {
-            *at = begin + kept - 1 - *at;
-        }
-        out.splice(begin..end, self.kept.drain(..).rev());
     }
 }

@@ -49,6 +49,7 @@ mod pending;
 mod plan;
 mod pool;
 mod read;
+mod sample_offsets;
 mod sampler;
 mod store;
 mod table;

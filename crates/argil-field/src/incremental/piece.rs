@@ -3,6 +3,7 @@
 use super::groups::GroupPosition;
 use crate::lower::{EnclosingGroup, extent_in_world};
 use crate::pieces::{ROOT, is_open, scale_of, scaled};
+use crate::places::place_words_of;
 use crate::program::Program;
 use crate::regularity::Regularity;
 use crate::{LowerError, OpcodeSet};
@@ -75,12 +76,12 @@ impl Operand {
                 .all(|(a, b)| relative(self, a) == relative(other, b))
     }
 
-    /// Returns the range of each instruction's words among its own.
+    /// Returns the range of each instruction's words among its own, with the place in front of a map.
     pub(super) fn stretches(&self) -> Vec<(u32, u32)> {
         let mut begins: Vec<u32> = self
             .instructions
             .iter()
-            .map(|i| i.params - self.params.0)
+            .map(|instr| instr.params - self.params.0 - place_words_of(instr))
             .collect();
         begins.push(self.params.1);
         begins.sort_unstable();

@@ -174,7 +174,7 @@ impl Lowering<'_> {
 
     fn map_of(&mut self, pose: Pose, frame: Frame) -> Instruction {
         let map = pose.own_from_outer() * frame.own_from_point;
-        self.with(abi::OP_AFFINE, &affine_words(&map))
+        self.with_map(abi::OP_AFFINE, &map, &affine_words(&map))
     }
 }
 

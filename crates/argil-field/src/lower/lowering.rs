@@ -5,11 +5,13 @@ use super::frame::{Frame, combine_words, extent_in_world};
 use super::params::is_single;
 use crate::node_map::NodeMap;
 use crate::pieces::scaled;
+use crate::places::place_words;
 use crate::program::Program;
 use crate::regularity::Regularity;
 use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instruction};
 use argil_scene::{Extent, Extents, NodeDesc, NodeId, Pose, Scene};
+use glam::DAffine3;
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
@@ -173,6 +175,12 @@ impl<'a> Lowering<'a> {
             params,
             ..Instruction::default()
         }
+    }
+
+    /// Emits parameters that begin with a map, after the place that it moves to its frame's origin.
+    pub(super) fn with_map(&mut self, op: u32, map: &DAffine3, words: &[f32]) -> Instruction {
+        self.program.params.extend_from_slice(&place_words(map));
+        self.with(op, words)
     }
 
     pub(super) fn list(&mut self, group: NodeId, count: usize, frame: Frame) {

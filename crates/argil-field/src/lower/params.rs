@@ -1,5 +1,6 @@
 //! Parameters of instructions.
 
+use crate::places::ENDLESS;
 use argil_abi::{self as abi};
 use argil_scene::{BlendProfile, Modifier, NodeDesc, NodeKind, OperatorKind};
 use glam::{DAffine3, DVec3};
@@ -87,7 +88,7 @@ pub(super) fn repeat_words(
                 0.0,
                 (c[axis] - 1) as f32,
             ),
-            None => (0.0, -1e9, 1e9),
+            None => (0.0, -ENDLESS, ENDLESS),
         };
         let candidates = u64::from(looked_at[axis]);
         let step = if many { spacing[axis] } else { 1.0 };

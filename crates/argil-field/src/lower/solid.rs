@@ -66,7 +66,7 @@ impl Lowering<'_> {
         let instr = Instruction {
             flags,
             operand: frame.material,
-            ..self.with(op, &words)
+            ..self.with_map(op, &m, &words)
         };
         self.emit(instr);
         self.program.brushes += 1;
@@ -141,7 +141,8 @@ impl Lowering<'_> {
             ..Instruction::default()
         }));
         if frame.own_from_point != DAffine3::IDENTITY {
-            let instr = self.with(abi::OP_AFFINE, &affine_words(&frame.own_from_point));
+            let map = frame.own_from_point;
+            let instr = self.with_map(abi::OP_AFFINE, &map, &affine_words(&map));
             self.emit(instr);
             frame.own_from_point = DAffine3::IDENTITY;
         }

@@ -1,24 +1,42 @@
 //! Bakes single bricks, for levels of detail.
 
+use super::BrickLayout;
 use super::bounds::CellBounds;
-use super::brick_baker::{BrickBaker, SampleOffsets};
+use super::brick_baker::BrickBaker;
 use super::candidates::is_clear_in_parts;
 use super::cell::empty_word;
-use super::{BLOCK_SIDE, BrickLayout, inner_cell};
+use super::sample_offsets::SampleOffsets;
 use crate::Texel;
 use argil_abi::{FillUniform, Instruction};
 use argil_field::{Program, Pruner};
-use glam::IVec3;
+use glam::{DVec3, IVec3, Vec3};
+
+/// Voxels along the side of a region whose pages are evaluated relative to its corner, as a power of two: then `f32`
+/// keeps a thousandth of a voxel.
+const REGION_VOXELS_LOG2: u32 = 13;
 
 /// What all cells of a layout share.
 pub(crate) struct CellContext<'a> {
     pub layout: BrickLayout,
+    /// The same for cells counted from a region's corner, in a wide world. Else it is the layout.
+    local: BrickLayout,
+    is_wide: bool,
     program: &'a Program,
     bounds: CellBounds<'a>,
     fill: FillUniform,
     places: &'static SampleOffsets,
     /// The largest deviation of distances from a plane in a flat cell.
     tolerance: f32,
+}
+
+/// Where the cells of a page are, and what bounds their distances.
+pub(crate) struct PageSite<'a> {
+    bounds: CellBounds<'a>,
+    /// The page's first cell, and the first one of its region.
+    first: IVec3,
+    region: IVec3,
+    /// The corner of the region, in a wide world.
+    origin: Option<DVec3>,
 }
 
 /// Whether the surface can pass through a cell.
@@ -39,6 +57,14 @@ pub(crate) struct SampledBrick {
 
 impl<'a> CellContext<'a> {
     pub(crate) fn new(program: &'a Program, layout: BrickLayout, tolerance: f32) -> Self {
+        let grid = &layout.voxel_grid;
+        let held = grid.aabb();
+        let farthest = held.min.abs().max(held.max.abs()).max_element();
+        let is_wide = farthest > grid.voxel_size * (1 << REGION_VOXELS_LOG2) as f32;
+        let mut local = layout;
+        if is_wide {
+            local.voxel_grid.corner = Vec3::ZERO;
+        }
         Self {
             tolerance,
             program,
@@ -46,63 +72,39 @@ impl<'a> CellContext<'a> {
             fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
             places: SampleOffsets::of_eight(),
             layout,
+            local,
+            is_wide,
         }
     }
 
     /// Returns the state of a thread.
     pub(crate) fn baker(&self) -> BrickBaker<'_> {
-        BrickBaker::new(self.program, &self.layout, &self.fill, self.places)
+        BrickBaker::new(self.program, &self.local, &self.fill, self.places)
     }
 
-    /// Measures cells of a block with a program that is valid in all of them: the distances at their centers. The
-    /// pruner then knows their programs.
-    pub(crate) fn classify(
-        &self,
-        (block, inner): (IVec3, &[u8; 8]),
-        list: &[Instruction],
-        pruner: &mut Pruner<'_>,
-    ) -> [f32; 8] {
-        let first = block * BLOCK_SIDE as i32;
-        let centers = inner.map(|i| self.layout.center(first + inner_cell(i.into()), 1));
-        let mut distances = [0.0; 8];
-        pruner.classify_cells(list, &centers, self.layout.half_diagonal(1), &mut distances);
-        distances
-    }
-
-    /// Returns a measured cell's word, if it gets no brick.
-    pub(crate) fn empty_word(&self, block: IVec3, distance: f32) -> u32 {
+    /// Returns the site of a page of 2³ cells, given its first cell and its program.
+    pub(crate) fn site(&self, first: IVec3, list: &[Instruction]) -> PageSite<'a> {
+        let side = self.layout.brick_size_voxels;
+        let shift = REGION_VOXELS_LOG2 - side.ilog2();
+        let (region, origin) = if self.is_wide {
+            let region = first >> shift << shift;
+            let grid = &self.layout.voxel_grid;
+            let voxels = (region * side as i32).as_dvec3();
+            let corner = grid.corner.as_dvec3() + voxels * f64::from(grid.voxel_size);
+            (region, Some(corner))
+        } else {
+            (IVec3::ZERO, None)
+        };
+        let center = self.local.center(first - region, 2);
         let bounds = self
             .bounds
-            .of_block(&self.layout, block * BLOCK_SIDE as i32);
-        empty_word(bounds.center(distance))
-    }
-
-    /// Whether the surface can pass through a measured cell.
-    pub(crate) fn is_near(&self, (block, inner): (IVec3, u8), distance: f32) -> CellNearness {
-        let first = block * BLOCK_SIDE as i32;
-        let bounds = self.bounds.of_block(&self.layout, first);
-        let radius = self.layout.half_diagonal(1);
-        let can_be = self.layout.can_have_brick(first + inner_cell(inner.into()));
-        if bounds.is_clear(distance, radius) || !can_be {
-            CellNearness::Clear
-        } else if bounds.is_doubtful(distance, radius) {
-            CellNearness::Doubtful
-        } else {
-            CellNearness::Near
+            .about_page(center, self.local.cell_length(), (list, origin));
+        PageSite {
+            bounds,
+            first,
+            region,
+            origin,
         }
-    }
-
-    /// Whether no surface passes through a doubtful cell, given its program.
-    pub(crate) fn is_clear_in_parts(
-        &self,
-        (block, inner): (IVec3, u8),
-        list: &[Instruction],
-    ) -> bool {
-        let first = block * BLOCK_SIDE as i32;
-        let bounds = self.bounds.of_block(&self.layout, first);
-        let cell = first + inner_cell(inner.into());
-        let mut pruner = Pruner::new(self.program);
-        is_clear_in_parts(&self.layout, &bounds, cell, list, &mut pruner)
     }
 
     /// Whether a brick's samples at its corners and its center can be those of a plane. It saves most bricks the proof.
@@ -130,30 +132,95 @@ impl<'a> CellContext<'a> {
             .chain([&center])
             .all(|off| off.abs() <= limit)
     }
+}
+
+impl PageSite<'_> {
+    /// Returns a cell of the page, counted from the region's corner.
+    fn cell(&self, nth: u32) -> IVec3 {
+        let place = IVec3::new((nth & 1) as i32, (nth >> 1 & 1) as i32, (nth >> 2) as i32);
+        self.first + place - self.region
+    }
+
+    /// Measures the page's cells with a program that is valid in all of them: the distances at their centers. The
+    /// pruner then knows their programs.
+    pub(crate) fn classify(
+        &self,
+        context: &CellContext<'_>,
+        list: &[Instruction],
+        pruner: &mut Pruner<'_>,
+    ) -> [f32; 8] {
+        let local = &context.local;
+        let centers: [Vec3; 8] = std::array::from_fn(|nth| local.center(self.cell(nth as u32), 1));
+        let mut distances = [0.0; 8];
+        pruner.set_origin(self.origin);
+        pruner.classify_cells(list, &centers, local.half_diagonal(1), &mut distances);
+        distances
+    }
+
+    /// Returns a measured cell's word, if it gets no brick.
+    pub(crate) fn empty_word(&self, distance: f32) -> u32 {
+        empty_word(self.bounds.center(distance))
+    }
+
+    /// Whether the surface can pass through a measured cell.
+    pub(crate) fn nearness(
+        &self,
+        context: &CellContext<'_>,
+        nth: u32,
+        distance: f32,
+    ) -> CellNearness {
+        let radius = context.layout.half_diagonal(1);
+        let cell = self.cell(nth) + self.region;
+        if self.bounds.is_clear(distance, radius) || !context.layout.can_have_brick(cell) {
+            CellNearness::Clear
+        } else if self.bounds.is_doubtful(distance, radius) {
+            CellNearness::Doubtful
+        } else {
+            CellNearness::Near
+        }
+    }
+
+    /// Whether no surface passes through a doubtful cell, given its program.
+    pub(crate) fn is_clear_in_parts(
+        &self,
+        context: &CellContext<'_>,
+        nth: u32,
+        list: &[Instruction],
+    ) -> bool {
+        let mut pruner = Pruner::new(context.program);
+        pruner.set_origin(self.origin);
+        is_clear_in_parts(
+            &context.local,
+            &self.bounds,
+            self.cell(nth),
+            list,
+            &mut pruner,
+        )
+    }
 
     /// Samples a cell's brick behind `texels`. Returns `None` if no surface passes through it.
     pub(crate) fn sample<T: Texel>(
         &self,
-        (block, inner): (IVec3, u8),
+        context: &CellContext<'_>,
+        nth: u32,
         list: &[Instruction],
         baker: &mut BrickBaker<'_>,
         (texels, mixed): (&mut Vec<T>, &mut Vec<[u32; 2]>),
     ) -> Option<SampledBrick> {
-        let layout = &self.layout;
-        let first = block * BLOCK_SIDE as i32;
-        let cell = first + inner_cell(usize::from(inner));
-        let bounds = self.bounds.of_block(layout, first);
+        let layout = &context.layout;
+        let cell = self.cell(nth);
+        baker.set_origin(self.origin);
         // At most half of a voxel's diagonal from a sample.
         let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
         let begin = texels.len();
         texels.resize(begin + layout.brick_samples() as usize, T::default());
         let least = baker.brick(list, cell, &mut texels[begin..]);
-        if bounds.is_clear(least, reach) {
+        if self.bounds.is_clear(least, reach) {
             texels.truncate(begin);
             return None;
         }
-        let is_plane = self.may_be_plane(&texels[begin..]);
-        let flat = is_plane.then(|| baker.flat_program(list, cell, self.tolerance));
+        let is_plane = context.may_be_plane(&texels[begin..]);
+        let flat = is_plane.then(|| baker.flat_program(list, cell, context.tolerance));
         let flat = flat.flatten();
         let is_flat = flat.is_some();
         // Other materials are not near the surface.

@@ -2,11 +2,12 @@
 
 use super::block_program::BlockProgram;
 use super::bounds::CellBounds;
-use super::brick_baker::{BrickBaker, SampleOffsets, only_material};
+use super::brick_baker::{BrickBaker, only_material};
 use super::candidates::{CandidateBlock, near_block};
 use super::cell::{center_of, empty_word, is_brick};
 use super::edit_queue::EditQueue;
 use super::octants::{self, OCTANTS};
+use super::sample_offsets::SampleOffsets;
 use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
 use crate::texels::OF_THIS_TYPE;

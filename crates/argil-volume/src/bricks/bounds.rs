@@ -2,9 +2,9 @@
 
 use super::layout::BrickLayout;
 use argil_abi::Instruction;
-use argil_field::{ClearanceModel, NearJumps, Program};
+use argil_field::{ClearanceModel, NearJumps, Program, rounding_region};
 use argil_math::Aabb;
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 
 /// Bounds on the distances of a cell or block.
 #[derive(Clone, Copy)]
@@ -35,6 +35,25 @@ impl<'a> CellBounds<'a> {
     pub(super) fn about(&self, center: Vec3, half: f32) -> Self {
         let farthest = center.abs().max_element() + 3f32.sqrt() * half;
         let cube = Aabb::new(center - half, center + half);
+        Self {
+            terms: self.terms.at(self.base, farthest),
+            jumps: self.program.jumps_near(cube, self.far),
+            ..*self
+        }
+    }
+
+    /// Returns the bounds in a page with a program, given its center, relative to an origin, and half its side.
+    pub(super) fn about_page(
+        &self,
+        center: Vec3,
+        half: f32,
+        (list, origin): (&[Instruction], Option<DVec3>),
+    ) -> Self {
+        let cube = Aabb::new(center - half, center + half);
+        let rounding = rounding_region(list, cube, origin);
+        let farthest = rounding.min.abs().max(rounding.max.abs()).max_element();
+        let offset = origin.map_or(Vec3::ZERO, |origin| origin.as_vec3());
+        let cube = Aabb::new(cube.min + offset, cube.max + offset);
         Self {
             terms: self.terms.at(self.base, farthest),
             jumps: self.program.jumps_near(cube, self.far),

@@ -3,6 +3,7 @@
 use super::BrickLayout;
 use super::material::packed;
 use super::octants::{OCTANTS, place_of};
+use super::sample_offsets::{BETWEEN, SampleOffsets};
 use super::store::PLACES;
 use crate::Texel;
 use crate::encoding::encode;
@@ -10,50 +11,8 @@ use argil_abi::{
     BRICK_MIXED, FillUniform, GpuMaterial, Instruction, MATERIAL_OWN_RATIO, MATERIAL_SIDE,
 };
 use argil_field::{CELLS_PER_BATCH, Evaluator, FAR, HardBrush, LANES, Program, Pruner};
-use glam::{IVec3, Vec3, uvec3};
+use glam::{DVec3, IVec3, Vec3, uvec3};
 use multiversion::multiversion;
-use std::sync::LazyLock;
-
-/// The offsets of a brick's samples, and of an octant's, in the order of the pool, along x, y and z.
-pub(crate) struct SampleOffsets {
-    brick: [Vec<f32>; 3],
-    octant: [Vec<f32>; 3],
-    /// Points between samples, in the brick and one voxel around it.
-    between: [Vec<f32>; 3],
-}
-
-/// Points between samples along each axis.
-const BETWEEN: usize = 7;
-
-impl SampleOffsets {
-    /// Returns those of bricks of eight voxels a side.
-    pub(super) fn of_eight() -> &'static Self {
-        static EIGHT: LazyLock<SampleOffsets> = LazyLock::new(|| SampleOffsets::of(8));
-        &EIGHT
-    }
-
-    pub(super) fn new(layout: &BrickLayout) -> Self {
-        Self::of(layout.brick_size_voxels)
-    }
-
-    fn of(voxels: u32) -> Self {
-        let of = |side: u32| {
-            [1, side, side * side].map(|divisor| -> Vec<f32> {
-                (0..side.pow(3))
-                    .map(|i| (i / divisor % side) as f32)
-                    .collect()
-            })
-        };
-        Self {
-            brick: of(voxels + 1),
-            octant: of(voxels / 2 + 1),
-            between: of(BETWEEN as u32).map(|own| {
-                let step = (voxels + 2) as f32 / (BETWEEN - 1) as f32;
-                own.into_iter().map(|place| place * step - 1.0).collect()
-            }),
-        }
-    }
-}
 
 /// Evaluates bricks for one thread.
 pub(crate) struct BrickBaker<'a> {
@@ -63,6 +22,8 @@ pub(crate) struct BrickBaker<'a> {
     evaluator: Evaluator<'a>,
     places: &'a SampleOffsets,
     d: Vec<f32>,
+    /// What cells are counted from, if that is not the scene's origin.
+    origin: Option<DVec3>,
     /// For long programs.
     pub(crate) pruner: Option<PartPruner<'a>>,
 }
@@ -88,8 +49,15 @@ impl<'a> BrickBaker<'a> {
             evaluator: Evaluator::new(program),
             places,
             d: vec![0.0; layout.brick_samples() as usize],
+            origin: None,
             pruner: None,
         }
+    }
+
+    /// Sets the corner of the region that cells are counted from.
+    pub(super) fn set_origin(&mut self, origin: Option<DVec3>) {
+        self.origin = origin;
+        self.evaluator.set_origin(origin);
     }
 
     /// Samples a cell's brick. Returns the distance nearest to the surface.
@@ -141,6 +109,7 @@ impl<'a> BrickBaker<'a> {
             Box::new((pruner, list))
         });
         let (own, list) = &mut *pruner;
+        own.set_origin(self.origin);
         let layout = self.layout;
         let voxel = layout.voxel_grid.voxel_size;
         let box_of = layout.cell_box(cell);
@@ -232,6 +201,7 @@ impl<'a> BrickBaker<'a> {
             Box::new((pruner, list))
         });
         let (own, list) = &mut *pruner;
+        own.set_origin(self.origin);
         let centers: [Vec3; OCTANTS] =
             std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
         // Samples also lie on the sides of octants.

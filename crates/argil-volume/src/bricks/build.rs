@@ -5,13 +5,14 @@
 //! straight into the pool.
 
 use super::bounds::{CellBounds, SLOT_BYTES};
-use super::brick_baker::{BrickBaker, SampleOffsets};
+use super::brick_baker::BrickBaker;
 use super::candidates::{CandidateBlock, candidates, empty_cells_of};
 use super::cell_programs::CellPrograms;
 use super::inner_cell;
 use super::layout::{BrickLayout, BricksError};
 use super::plan::BlockPlan;
 use super::pool::owners_of_mixed;
+use super::sample_offsets::SampleOffsets;
 use super::store::BrickStore;
 use super::store::PLACES;
 use super::table::{BlockTable, FAR_SLOTS};

@@ -2,7 +2,7 @@
 
 use super::kept_list::{PageCells, PageList};
 use super::layout::LevelsLayout;
-use super::page::{Page, octant_cells};
+use super::page::Page;
 use crate::MISSING_BRICK;
 use crate::Texel;
 use crate::bricks::{BrickBaker, CellContext, CellNearness, PartPruner};
@@ -90,6 +90,18 @@ impl<'a> PageContext<'a> {
         }
     }
 
+    /// Measures the cells of a page: the distances at their centers. The pruner then knows their programs.
+    pub(super) fn classify(
+        &self,
+        page: &Page,
+        list: &[Instruction],
+        pruner: &mut Pruner<'_>,
+    ) -> [f32; 8] {
+        let context = &self.levels[page.level as usize];
+        let site = context.site(2 * page.place(), list);
+        site.classify(context, list, pruner)
+    }
+
     /// Returns the program of the whole scene.
     pub(super) fn whole(&self) -> PageList<'a> {
         PageList::Whole(self.program.instructions())
@@ -136,10 +148,9 @@ impl PageBaker<'_> {
 
     /// Measures the cells of a page.
     fn measure(&mut self, page: &Page, list: &[Instruction]) -> Arc<PageCells> {
-        let (block, octant) = page.block();
         let context = &self.levels[page.level as usize];
-        let cells = octant_cells(octant);
-        let distances = context.classify((block, &cells), list, &mut self.pruner);
+        let site = context.site(2 * page.place(), list);
+        let distances = site.classify(context, list, &mut self.pruner);
         let marks = self.pruner.cell_marks();
         PageCells { distances, marks }.into()
     }
@@ -155,13 +166,12 @@ impl PageBaker<'_> {
         let context = &self.levels[level];
         let baker = self.bakers[level].get_or_insert_with(|| context.baker());
         baker.pruner = self.part_pruner.take();
-        let (block, octant) = job.page.block();
-        let inner = octant_cells(octant);
-        for (cell, &distance) in measured.distances.iter().enumerate() {
-            let own = (block, inner[cell]);
-            let word = context.empty_word(block, distance);
-            (made.clear[cell], made.words[cell]) = (word, word);
-            let near = context.is_near(own, distance);
+        let site = context.site(2 * job.page.place(), &job.list);
+        for (cell, &distance) in (0u32..).zip(&measured.distances) {
+            let nth = cell as usize;
+            let word = site.empty_word(distance);
+            (made.clear[nth], made.words[nth]) = (word, word);
+            let near = site.nearness(context, cell, distance);
             if near == CellNearness::Clear {
                 continue;
             }
@@ -169,19 +179,20 @@ impl PageBaker<'_> {
             if is_asked || near == CellNearness::Doubtful {
                 self.list.clear();
                 let (marks, into) = (&measured.marks, &mut self.list);
-                self.pruner.prune_marked_into(&job.list, marks, cell, into);
+                self.pruner.prune_marked_into(&job.list, marks, nth, into);
             }
-            if near == CellNearness::Doubtful && context.is_clear_in_parts(own, &self.list) {
+            let is_doubtful = near == CellNearness::Doubtful;
+            if is_doubtful && site.is_clear_in_parts(context, cell, &self.list) {
                 continue;
             }
-            made.words[cell] = MISSING_BRICK;
+            made.words[nth] = MISSING_BRICK;
             if !is_asked {
                 continue;
             }
             let into = (&mut made.texels, &mut made.mixed);
-            let brick = context.sample(own, &self.list, baker, into);
+            let brick = site.sample(context, cell, &self.list, baker, into);
             made.cells.push(BakedCell {
-                cell: cell as u32,
+                cell,
                 brick: brick.map(|brick| (brick.material, brick.is_flat)),
             });
         }

@@ -6,12 +6,11 @@
 
 use super::bake::{BakedPage, PageContext, PageJob};
 use super::kept_list::{PageCells, PageList};
-use super::page::{NO_PAGE, Page, is_page, octant_place};
+use super::page::{NO_PAGE, Page, is_page};
 use super::tree::Levels;
 use crate::{EditStats, Texel};
 use argil_abi::Instruction;
 use argil_field::{ChangeSet, Pruner};
-use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -63,7 +62,7 @@ impl Levels {
             let mut next = Vec::new();
             for page in open {
                 let AffectedCells { cells, lists, kept } =
-                    self.affected(&page, touched, &mut pruners);
+                    self.affected(context, &page, touched, &mut pruners);
                 if cells == 0 {
                     continue;
                 }
@@ -115,27 +114,22 @@ impl Levels {
     /// Returns the cells of a page in which a touched instruction can matter.
     fn affected<'a>(
         &self,
+        context: &PageContext<'_>,
         page: &EditedPage<'a>,
         touched: &ChangeSet,
         pruners: &mut [Pruner<'_>; 2],
     ) -> AffectedCells<'a> {
         let own: &Page = &self.pages[page.slot as usize];
-        let layout = self.layout.level(own.level);
-        let first = 2 * own.place();
-        let centers: [Vec3; 8] =
-            std::array::from_fn(|i| layout.center(first + octant_place(i as u32), 1));
-        let radius = layout.half_diagonal(1);
         let is_one = |instr: &Instruction| touched.contains(instr);
         let [of_now, of_then] = pruners;
         let has_then = touched.intersects(&page.then);
         if !has_then && !touched.intersects(&page.now) {
             return AffectedCells::default();
         }
-        let mut distances = [0.0; 8];
-        of_now.classify_cells(&page.now, &centers, radius, &mut distances);
+        let distances = context.classify(own, &page.now, of_now);
         let mut cells = of_now.affected_cells(&page.now, is_one) as u8;
         if has_then {
-            of_then.classify_cells(&page.then, &centers, radius, &mut [0.0; 8]);
+            context.classify(own, &page.then, of_then);
             cells |= of_then.affected_cells(&page.then, is_one) as u8;
         }
         let cut = |list: &PageList<'a>, pruner: &mut Pruner<'_>, i: usize| {

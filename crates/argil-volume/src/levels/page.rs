@@ -41,19 +41,6 @@ impl Page {
     pub fn place(&self) -> IVec3 {
         IVec3::from_array(self.origin) >> (PAGE_VOXELS_LOG2 + self.level)
     }
-
-    /// Returns the block that contains the page, and the page's octant of it.
-    pub(super) fn block(&self) -> (IVec3, u32) {
-        let place = self.place();
-        (place >> 1, octant_of(place & 1))
-    }
-}
-
-/// Returns the places in a block of an octant's cells, in the order of a page's cells.
-pub(super) fn octant_cells(octant: u32) -> [u8; 8] {
-    // Cells 0 and 1 along each axis; an octant is two cells further.
-    let first = 2 * (octant & 1) + 8 * (octant >> 1 & 1) + 32 * (octant >> 2);
-    [0, 1, 4, 5, 16, 17, 20, 21].map(|cell| cell + first as u8)
 }
 
 /// Returns the number of a place, 0 or 1 along each axis.
@@ -79,31 +66,14 @@ pub fn is_page(child: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bricks::inner_cell;
-
-    #[test]
-    fn octants_are_eight_cells_each_and_all_cells_together() {
-        let mut all = 0u64;
-        for octant in 0..8 {
-            for (nth, i) in (0u32..).zip(octant_cells(octant)) {
-                assert_eq!(all >> i & 1, 0);
-                all |= 1 << i;
-                let inner = inner_cell(usize::from(i));
-                assert_eq!(inner / 2, octant_place(octant));
-                assert_eq!(inner % 2, octant_place(nth));
-            }
-        }
-        assert_eq!(all, u64::MAX);
-        assert_eq!(size_of::<Page>(), 32);
-    }
 
     #[test]
     fn pages_know_their_places() {
         for place in [IVec3::new(-3, 0, 7), IVec3::ZERO, IVec3::splat(-1)] {
             let page = Page::new(4, place, NO_PAGE);
             assert_eq!(page.place(), place);
-            let (block, octant) = page.block();
-            assert_eq!(2 * block + octant_place(octant), place);
+            assert_eq!(octant_place(octant_of(place & 1)), place & 1);
+            assert_eq!(size_of::<Page>(), 32);
         }
     }
 }

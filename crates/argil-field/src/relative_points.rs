@@ -1,0 +1,97 @@
+//! Points that are relative to an origin: see `places.rs`. They are until a map moves them into a solid's frame, or an
+//! instruction needs them in the scene's space.
+
+use crate::domain_ops::map_point;
+use crate::eval_brush::mapped;
+use crate::interpreter_state::{InterpreterState, words};
+use crate::noise;
+use crate::places::{placed, wrapped};
+use crate::scalar::{LANES, Real};
+use argil_abi as abi;
+
+/// Moves the points into a solid's frame, in which they are no longer relative to an origin. `next` is the next
+/// instruction.
+#[inline(always)]
+pub(crate) fn affine<R: Real>(
+    r: &mut InterpreterState<R>,
+    params: &[f32],
+    at: usize,
+    next: Option<&abi::Instruction>,
+) {
+    let Some(origin) = r.current_origin() else {
+        let m = words(params, at);
+        map_point::<R>(&mut r.point, |p| mapped(p, m));
+        return;
+    };
+    let m = placed(params, at, origin, repeat_after(params, next));
+    map_point::<R>(&mut r.point, |p| mapped(p, &m));
+    r.absolute_from = r.points.len();
+}
+
+/// Returns the words of a repetition, if the next instruction is one.
+fn repeat_after<'a>(params: &'a [f32], next: Option<&abi::Instruction>) -> &'a [f32] {
+    match next {
+        Some(next) if next.op == abi::OP_REPEAT => {
+            params.get(next.params as usize..).unwrap_or(&[])
+        }
+        _ => &[],
+    }
+}
+
+/// Makes the points relative to the scene's origin, before an instruction that needs that.
+#[inline(always)]
+pub(crate) fn leave_origin<R: Real>(
+    r: &mut InterpreterState<R>,
+    params: &[f32],
+    next: &abi::Instruction,
+) {
+    let Some(origin) = r.current_origin() else {
+        return;
+    };
+    let [x, y, z] = wrapped(origin.to_array(), repeat_after(params, Some(next)));
+    map_point::<R>(&mut r.point, |p| {
+        [
+            p[0] + R::constant(x),
+            p[1] + R::constant(y),
+            p[2] + R::constant(z),
+        ]
+    });
+    r.absolute_from = r.points.len();
+}
+
+/// Displaces at points relative to the scene's origin, which noise begins at.
+#[inline(always)]
+pub(crate) fn displace<R: Real>(r: &mut InterpreterState<R>, words: &[f32; 2], seed: u32) {
+    let Some(origin) = r.current_origin() else {
+        return displace_here(r, words, seed);
+    };
+    let relative = r.point.clone();
+    let offset = origin.as_vec3();
+    map_point::<R>(&mut r.point, |p| {
+        [
+            p[0] + R::constant(offset.x),
+            p[1] + R::constant(offset.y),
+            p[2] + R::constant(offset.z),
+        ]
+    });
+    displace_here(r, words, seed);
+    r.point = relative;
+}
+
+#[inline(always)]
+fn displace_here<R: Real>(
+    r: &mut InterpreterState<R>,
+    &[amplitude, frequency]: &[f32; 2],
+    seed: u32,
+) {
+    let [xs, ys, zs] = &r.point;
+    for i in 0..LANES {
+        let p = [
+            R::get(xs, i) * frequency,
+            R::get(ys, i) * frequency,
+            R::get(zs, i) * frequency,
+        ];
+        let d = R::get(&r.acc, i) + noise::value_noise(p, seed) * amplitude;
+        R::set(&mut r.acc, i, d);
+    }
+}
