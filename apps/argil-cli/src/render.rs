@@ -49,7 +49,11 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         _ => world.build_timings().duration_ms,
     };
     if let Some(info) = world.volume_info()? {
-        output::warn_if_clipped(&info.voxel_grid, &options.scene);
+        let reaches_horizon = matches!(world.representation(), Representation::Levels(_))
+            && world.scene().view.bounds.is_none();
+        if !reaches_horizon {
+            output::warn_if_clipped(&info.voxel_grid, &options.scene);
+        }
     }
     let camera = options
         .camera

@@ -234,6 +234,36 @@ impl VoxelGrid {
         })
     }
 
+    /// Returns the same voxels in a box that reaches at least some voxels from the corner, along the sides on which a
+    /// solid is infinite.
+    ///
+    /// ```
+    /// # use argil_volume::VoxelGrid;
+    /// # use argil_math::Aabb;
+    /// let grid = VoxelGrid::covering(Aabb::new([-1.0; 3].into(), [1.0; 3].into()), 64)?;
+    /// let floor = Aabb::new([f32::NEG_INFINITY; 3].into(), [f32::INFINITY, 0.0, 4.0].into());
+    /// let wide = grid.extended(floor, 4096);
+    /// assert_eq!(wide.begin, [-4096, -4096, -4096].into());
+    /// assert_eq!(wide.size, [8192, 4096 + 64, 4096 + 64].into());
+    /// # Ok::<(), argil_volume::ResolutionError>(())
+    /// ```
+    pub fn extended(&self, solid: Aabb, voxels: i32) -> Self {
+        let (mut begin, mut end) = (self.begin, self.begin + self.size.as_ivec3());
+        for axis in 0..3 {
+            if solid.min[axis] == f32::NEG_INFINITY {
+                begin[axis] = begin[axis].min(-voxels);
+            }
+            if solid.max[axis] == f32::INFINITY {
+                end[axis] = end[axis].max(voxels);
+            }
+        }
+        Self {
+            begin,
+            size: (end - begin).as_uvec3(),
+            ..*self
+        }
+    }
+
     /// Returns the same voxels, counted from the box's own corner.
     pub fn with_origin_at_box(&self) -> Self {
         Self {

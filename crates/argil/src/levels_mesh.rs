@@ -36,7 +36,16 @@ impl World {
         // Levels are baked on the CPU, whatever the device.
         let budget = available_memory().unwrap_or(u64::MAX) / BRICKS_SHARE;
         let refuse = |error: BricksError| without_budget(error.into(), None);
-        let mut whole = Levels::bake(program, *levels.layout(), budget).map_err(refuse)?;
+        // A mesh does not reach to the horizon.
+        let grid = levels.layout().level(0).voxel_grid;
+        let layout = if grid.is_clipped {
+            let grid = grid.recomputed(program.aabb(), Some(self.view_bounds()));
+            let grid = grid.map_err(BricksError::from).map_err(refuse)?;
+            levels.layout().with_grid(grid)
+        } else {
+            *levels.layout()
+        };
+        let mut whole = Levels::bake(program, layout, budget).map_err(refuse)?;
         let size = levels.pixel_error() * pixel_width;
         let filled = whole.refine_around(program, camera.eye, size);
         if filled.is_full {
@@ -74,7 +83,7 @@ impl World {
         self.engine().control.end();
         Ok(MeshOutput {
             mesh,
-            voxel_grid: *levels.layout().finest_grid(),
+            voxel_grid: *whole.layout().finest_grid(),
             report,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             stages_ms: stages.all,

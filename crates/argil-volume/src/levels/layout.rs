@@ -90,7 +90,7 @@ impl LevelsLayout {
     }
 
     /// Returns the same levels over another box of the same voxels.
-    pub(super) fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
+    pub fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
         Self {
             finest: BrickLayout {
                 voxel_grid,

@@ -8,6 +8,9 @@ use argil_render::RenderMode;
 use argil_volume::{BrickSettings, Levels, LevelsLayout, MAX_SPARSE_RESOLUTION, Volume, VoxelGrid};
 use web_time::Instant;
 
+/// Voxels of the finest level to the horizon of an infinite scene without bounds.
+const HORIZON_VOXELS: i32 = 1 << 21;
+
 /// Options of levels of detail.
 ///
 /// ```
@@ -99,6 +102,10 @@ impl RepresentationOptions for LevelsOptions {
             return Err(BuildError::PixelError(self.pixel_error));
         }
         let start = Instant::now();
+        let voxel_grid = match site.scene.view.bounds {
+            Some(_) => voxel_grid,
+            None => voxel_grid.extended(site.program.aabb(), HORIZON_VOXELS),
+        };
         let layout = LevelsLayout::new(voxel_grid, &self.settings)?;
         let requested = Some(self.memory_budget);
         let budget = budget_on(site.engine, requested).unwrap_or(self.memory_budget);
