@@ -51,6 +51,6 @@ pub use layout::LevelsLayout;
 pub use leaves::LeafCell;
 pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page};
 pub use pending::LevelsPendingEdits;
-pub use requests::PageRequest;
+pub use requests::{PageAim, PageRequest};
 pub use sampler::{LevelLanes, LevelSampler, NO_REQUEST, split_position};
 pub use tree::Levels;

@@ -6,9 +6,7 @@ use crate::ray_batch::Points;
 use crate::source::DistanceSource;
 use argil_abi::{FrameUniform, GpuMaterial};
 use argil_field::LANES;
-use argil_volume::{
-    LevelLanes, LevelSampler, NO_REQUEST, PageRequest, Texel, VoxelSamples, is_brick,
-};
+use argil_volume::{LevelLanes, LevelSampler, PageRequest, Texel, VoxelSamples, is_brick};
 use glam::Vec3;
 
 /// Voxels of light, in those of rays.
@@ -94,12 +92,10 @@ fn estimates<T: Texel>(
         } else {
             sampler.center_distance(lanes, i)
         };
-        if lanes.key[i] != NO_REQUEST && asked.last().is_none_or(|last| last.key != lanes.key[i]) {
-            asked.push(PageRequest {
-                key: lanes.key[i],
-                gap: lanes.gap[i],
-                distance: length[i],
-            });
+        if let Some(request) = sampler.request_of(lanes, i, length[i])
+            && asked.last().is_none_or(|last| last.key != request.key)
+        {
+            asked.push(request);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the rays of a tile used of levels of detail, and what they lacked.
 
-use argil_volume::{LevelLanes, LevelSampler, NO_REQUEST, PageRequest, Texel};
+use argil_volume::{LevelLanes, LevelSampler, PageRequest, Texel};
 
 /// What a tile lacked.
 #[derive(Default)]
@@ -22,13 +22,10 @@ impl PageNotes {
         distance: f32,
     ) {
         sampler.mark_used(lanes, i);
-        let key = lanes.key[i];
-        if key != NO_REQUEST && self.asked.last().is_none_or(|last| last.key != key) {
-            self.asked.push(PageRequest {
-                key,
-                gap: lanes.gap[i],
-                distance,
-            });
+        if let Some(request) = sampler.request_of(lanes, i, distance)
+            && self.asked.last().is_none_or(|last| last.key != request.key)
+        {
+            self.asked.push(request);
         }
     }
 }

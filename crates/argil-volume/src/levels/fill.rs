@@ -224,10 +224,6 @@ impl Levels {
         let mut asked = self.requests.take();
         let context = PageContext::new(program, &self.layout);
         let chunk = if until.is_some() { SHORT_CHUNK } else { CHUNK };
-        for some in asked.chunks_mut(SORTED_CHUNKS * chunk) {
-            some.sort_by_cached_key(|request| self.place_code(request));
-        }
-        let mut rest = &asked[..];
         let mixed = if program.materials().len() > 1 {
             size_of::<[[u32; 2]; PLACES]>()
         } else {
@@ -235,29 +231,55 @@ impl Levels {
         };
         let each = self.layout.level(0).brick_bytes() + 8 + PAGE_BYTES + mixed as u64;
         let mut list_bytes = size_of_val(program.instructions()) as u64;
-        while !rest.is_empty() {
-            let chunk = chunk.min((BATCH_LIST_BYTES / list_bytes.max(1)) as usize + 1);
-            let (evicted, fits) = self.make_room::<T>(each * chunk.min(rest.len()) as u64);
-            done.evicted += evicted;
-            let room = self.budget.saturating_sub(self.used_bytes()) / each;
-            let count = chunk.min(rest.len()).min(room as usize);
-            let (some, others) = rest.split_at(count);
-            done.bricks += self.bake_requests::<T>(&context, some);
-            list_bytes = self.mean_list_bytes;
-            done.answered += some.len() as u64;
-            rest = others;
-            if !fits {
-                done.is_full = true;
-                break;
+        let mut must_end = false;
+        // Then what is finer, level after level.
+        while !asked.is_empty() && !must_end {
+            for some in asked.chunks_mut(SORTED_CHUNKS * chunk) {
+                some.sort_by_cached_key(|request| self.place_code(request));
             }
-            if until.is_some_and(|until| Instant::now() >= until) {
-                break;
+            let mut rest = &asked[..];
+            let mut finer = Vec::new();
+            while !rest.is_empty() && !must_end {
+                let chunk = chunk.min((BATCH_LIST_BYTES / list_bytes.max(1)) as usize + 1);
+                let (evicted, fits) = self.make_room::<T>(each * chunk.min(rest.len()) as u64);
+                done.evicted += evicted;
+                let room = self.budget.saturating_sub(self.used_bytes()) / each;
+                let count = chunk.min(rest.len()).min(room as usize);
+                let (some, others) = rest.split_at(count);
+                done.bricks += self.bake_requests::<T>(&context, some);
+                list_bytes = self.mean_list_bytes;
+                done.answered += some.len() as u64;
+                finer.extend(
+                    some.iter()
+                        .filter_map(|request| self.finer_request(request)),
+                );
+                rest = others;
+                done.is_full |= !fits;
+                must_end = !fits || until.is_some_and(|until| Instant::now() >= until);
             }
+            done.remaining = rest.len() as u64;
+            finer.sort_unstable_by_key(|request| request.key);
+            finer.dedup_by_key(|request| request.key);
+            PageRequest::sort(&mut finer);
+            asked = finer;
         }
-        done.remaining = rest.len() as u64;
         self.adapt(done.is_full);
         self.kept_since = self.frame.load(Ordering::Relaxed) + 1;
         done
+    }
+
+    /// Returns the request for the next finer cell at the point that a request came from, after it was answered.
+    fn finer_request(&self, answered: &PageRequest) -> Option<PageRequest> {
+        let aim = answered.aim?;
+        let place = IVec3::from_array(aim.voxel) >> (3 + aim.level);
+        let found = self.find(aim.level, place)?;
+        let next = self.request_for((aim.level, place), found, answered.distance)?;
+        // It must not be evicted before a frame uses it.
+        self.mark_used(next.place().0, self.frame.load(Ordering::Relaxed));
+        (next.key != answered.key).then_some(PageRequest {
+            aim: answered.aim,
+            ..next
+        })
     }
 
     /// Returns the position of a request's page along the Morton curve.

@@ -10,6 +10,7 @@
 )]
 
 use super::page::NO_PAGE;
+use super::requests::PageAim;
 use super::sampler::{LevelLanes, LevelSampler};
 use crate::{MISSING_BRICK, Texel, is_brick};
 use argil_abi::GpuMaterial;
@@ -35,6 +36,9 @@ impl<T: Texel> LevelSampler<'_, T> {
             if self.words[above as usize] == MISSING_BRICK {
                 cell = self.levels.resident_above(above);
                 out.key[i] = 16 * u64::from(above);
+                let voxel = self.pages[above as usize / 8].origin;
+                let level = self.levels.level_of(above);
+                out.aim[i] = PageAim { voxel, level };
                 out.gap[i] = (self.levels.level_of(cell) - self.levels.level_of(above)) as f32;
             }
             let point = [0, 1, 2].map(|axis: usize| points[axis][i]);

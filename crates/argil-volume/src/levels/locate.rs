@@ -9,6 +9,7 @@
 )]
 
 use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, is_page};
+use super::requests::PageAim;
 use super::sampler::{LevelLanes, LevelSampler, NO_REQUEST};
 use crate::{MISSING_BRICK, Texel, is_brick};
 use argil_field::LANES;
@@ -79,6 +80,10 @@ impl<T: Texel> LevelSampler<'_, T> {
             let voxel = [voxels[0][i], voxels[1][i], voxels[2][i]];
             let found = self.descend(voxel, wanted[i], (out.page[i], pages.level[i]));
             (out.gap[i], out.key[i], out.at.index[i]) = (found.gap, found.key, found.cell);
+            out.aim[i] = PageAim {
+                voxel,
+                level: wanted[i],
+            };
             out.page[i] = found.cell / 8;
             out.at.word[i] = self.words[found.cell as usize];
             pages.set(i, &self.pages[out.page[i] as usize]);

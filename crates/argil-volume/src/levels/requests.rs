@@ -12,6 +12,17 @@ pub struct PageRequest {
     pub gap: f32,
     /// The distance from the camera.
     pub distance: f32,
+    /// What asked for it, if that is known: what is finer is baked at the same time.
+    pub aim: Option<PageAim>,
+}
+
+/// A point that needs a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PageAim {
+    /// The voxel of level 0.
+    pub voxel: [i32; 3],
+    /// The level.
+    pub level: u32,
 }
 
 impl PageRequest {
@@ -22,6 +33,7 @@ impl PageRequest {
             key: 16 * u64::from(cell),
             gap,
             distance,
+            aim: None,
         }
     }
 
@@ -32,6 +44,7 @@ impl PageRequest {
             key: 16 * u64::from(cell) + 8 + u64::from(child),
             gap,
             distance,
+            aim: None,
         }
     }
 
@@ -54,7 +67,7 @@ impl PageRequest {
 
 /// Requests that no fill has taken yet.
 #[derive(Debug, Default)]
-pub(super) struct Requests(Mutex<FxHashMap<u64, [f32; 2]>>);
+pub(super) struct Requests(Mutex<FxHashMap<u64, PageRequest>>);
 
 impl Requests {
     pub(super) fn add(&self, asked: &[PageRequest]) {
@@ -63,8 +76,11 @@ impl Requests {
         }
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         for one in asked {
-            let own = all.entry(one.key).or_insert([one.gap, one.distance]);
-            *own = [own[0].max(one.gap), own[1].min(one.distance)];
+            let own = all.entry(one.key).or_insert(*one);
+            if one.distance < own.distance {
+                (own.distance, own.aim) = (one.distance, one.aim.or(own.aim));
+            }
+            own.gap = own.gap.max(one.gap);
         }
     }
 
@@ -76,10 +92,7 @@ impl Requests {
     /// Takes all requests, the most urgent first: by how much the resident brick is too coarse, then by distance.
     pub(super) fn take(&mut self) -> Vec<PageRequest> {
         let all = self.0.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let mut taken: Vec<PageRequest> = all
-            .drain()
-            .map(|(key, [gap, distance])| PageRequest { key, gap, distance })
-            .collect();
+        let mut taken: Vec<PageRequest> = all.drain().map(|(_, request)| request).collect();
         PageRequest::sort(&mut taken);
         taken
     }

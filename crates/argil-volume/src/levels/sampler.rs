@@ -1,7 +1,7 @@
 //! Reads levels at many points at once.
 
 use super::page::{Page, octant_place};
-use super::requests::PageRequest;
+use super::requests::{PageAim, PageRequest};
 use super::tree::Levels;
 use crate::MISSING_BRICK;
 use crate::bricks::{center_of, is_brick, load_planes, load_voxels};
@@ -21,6 +21,8 @@ pub struct LevelLanes {
     pub gap: [f32; LANES],
     /// What is missing, as in [`PageRequest::key`], or [`NO_REQUEST`].
     pub key: [u64; LANES],
+    /// For lanes that lack something: the point that needs it.
+    pub aim: [PageAim; LANES],
     /// The cells, counted from the page's corner, and their words. An index is a cell's.
     pub at: CellLocations,
 }
@@ -32,6 +34,10 @@ impl Default for LevelLanes {
             voxel: [1.0; LANES],
             gap: [0.0; LANES],
             key: [NO_REQUEST; LANES],
+            aim: [PageAim {
+                voxel: [0; 3],
+                level: 0,
+            }; LANES],
             at: CellLocations::default(),
         }
     }
@@ -111,6 +117,17 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             steepness: 1.000_01 * levels.lipschitz(),
             root: levels.layout().root(),
             frame: levels.frame.load(Ordering::Relaxed),
+        })
+    }
+
+    /// Returns what a lane lacks, at a distance from the camera.
+    #[inline(always)]
+    pub fn request_of(&self, lanes: &LevelLanes, i: usize, distance: f32) -> Option<PageRequest> {
+        (lanes.key[i] != NO_REQUEST).then(|| PageRequest {
+            key: lanes.key[i],
+            gap: lanes.gap[i],
+            distance,
+            aim: Some(lanes.aim[i]),
         })
     }
 
