@@ -351,3 +351,49 @@ fn a_full_budget_makes_all_equally_coarse() -> Result<(), Box<dyn std::error::Er
     assert_eq!(levels.effective_pixel_error(), 1.0);
     Ok(())
 }
+
+/// A scene without end is a world as far as one can see: 100 km out, it looks as it does at the origin.
+#[test]
+fn a_repetition_without_end_reaches_the_horizon() -> Result<(), Box<dyn std::error::Error>> {
+    engines().iter().try_for_each(reaches_horizon)
+}
+
+fn reaches_horizon(engine: &Engine) -> Result<(), Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Shape::Plane {
+        normal: [0.0, 1.0, 0.0],
+        offset: 0.0,
+    })?;
+    let column = Brush::new(Shape::cuboid([0.5, 1.2, 0.5]))
+        .rotated([0.0, 1.0, 0.0], 30.0)
+        .at([0.0, 1.2, 0.0]);
+    scene.push(column.with_modifier(Modifier::Repeat {
+        spacing: [4.0, 0.0, 4.0],
+        count: None,
+    }))?;
+    let options = LevelsOptions {
+        voxel_size: Some(0.05),
+        ..LevelsOptions::default()
+    };
+    let mut world = levels_on(engine, &scene, options)?;
+    let settings = world.render_settings([96, 54], RenderMode::Normal);
+    let mut seen = Vec::new();
+    for x in [0.0, 100_000.0] {
+        let camera = Camera {
+            eye: [x + 2.0, 2.25, 7.0].into(),
+            target: [x + 1.0, 1.0, -8.0].into(),
+            field_of_view_degrees: 50.0,
+        };
+        world.refine(&camera, &settings)?;
+        seen.push(world.ray_distances(&camera, &settings)?);
+    }
+    let (near, far) = (&seen[0], &seen[1]);
+    assert!(near.iter().filter(|t| t.is_finite()).count() > near.len() / 2);
+    assert!(near.iter().any(|&t| t.is_finite() && t > 40.0));
+    let off = near.iter().zip(far).filter(|(a, b)| {
+        a.is_finite() != b.is_finite() || (a.is_finite() && (*a - *b).abs() > 0.02 * *a)
+    });
+    let off = off.count();
+    assert!(off < near.len() / 50, "{off} of {}", near.len());
+    Ok(())
+}
