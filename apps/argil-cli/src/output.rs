@@ -185,6 +185,21 @@ pub(crate) fn warn_if_clipped(grid: &VoxelGrid, path: &std::path::Path) {
     }
 }
 
+/// The part of a box's longest side within which its end is near.
+const NEAR_END: f32 = 0.05;
+
+/// Warns that an infinite solid ends at a box, if the camera is outside of it or near its end.
+pub(crate) fn warn_if_clipped_near(grid: &VoxelGrid, eye: [f32; 3], path: &std::path::Path) {
+    let bounds = grid.aabb();
+    let within = bounds.grown(-NEAR_END * bounds.size().max_element());
+    let around = [0, 2]
+        .iter()
+        .all(|&axis: &usize| within.min[axis] <= eye[axis] && eye[axis] <= within.max[axis]);
+    if !around || bounds.size().max_element() < (1 << 20) as f32 * grid.voxel_size {
+        warn_if_clipped(grid, path);
+    }
+}
+
 /// Describes a mesh.
 pub(crate) fn mesh(report: &MeshReport) -> Value {
     let bounds = report.aabb;

@@ -49,11 +49,10 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         _ => world.build_timings().duration_ms,
     };
     if let Some(info) = world.volume_info()? {
-        let reaches_horizon = matches!(world.representation(), Representation::Levels(_))
-            && world.scene().view.bounds.is_none();
-        if !reaches_horizon {
-            output::warn_if_clipped(&info.voxel_grid, &options.scene);
-        }
+        let camera = options
+            .camera
+            .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
+        output::warn_if_clipped_near(&info.voxel_grid, camera.eye.to_array(), &options.scene);
     }
     let camera = options
         .camera

@@ -96,9 +96,9 @@ impl Program {
         }
     }
 
-    /// Returns the error of a list's distances in the region: jumps, and the rounding of `f32`.
-    pub(crate) fn list_slack(&self, instructions: &[Instruction], region: Aabb) -> f32 {
-        self.jump_of(instructions) + self.rounding(region)
+    /// Returns the error of a list's distances: jumps, and the rounding of `f32` for coordinates up to `max_coordinate`.
+    pub(crate) fn list_slack(&self, instructions: &[Instruction], max_coordinate: f32) -> f32 {
+        self.jump_of(instructions) + self.rounding_about(max_coordinate, max_coordinate)
     }
 
     /// Returns the error that `f32` arithmetic can add to a distance in the box.

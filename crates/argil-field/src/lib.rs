@@ -54,7 +54,6 @@ pub use near_field::{NearEvaluator, NearField};
 pub use opcode_set::OpcodeSet;
 pub use operands::OperandIndex;
 pub use part_grid::PartGrid;
-pub use places::rounding_region;
 pub use program::Program;
 pub use program_tree::ProgramTree;
 pub use prune::Pruner;

@@ -5,6 +5,7 @@
 //! place p of the solid in the world. Both are large and precise, so their difference is taken in `f64`, once for all
 //! points of a batch; then everything is as small as the page and the solid.
 
+use crate::Program;
 use crate::interpreter_state::words;
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
@@ -43,11 +44,7 @@ pub(crate) fn place_words(own_from_point: &DAffine3) -> [f32; PLACE_WORDS] {
 /// Returns a map for points relative to an origin, given where its words begin. `repeat` holds the words of a repetition
 /// that follows, if there is one.
 pub(crate) fn placed(params: &[f32], at: usize, origin: DVec3, repeat: &[f32]) -> [f32; 12] {
-    let place: &[f32; PLACE_WORDS] = words(params, at.wrapping_sub(PLACE_WORDS));
-    let [x, y, z] = [0, 1, 2].map(|axis: usize| {
-        let parts = [0, 3, 6].map(|part| f64::from(place[part + axis]));
-        origin[axis] - (parts[0] + parts[1] + parts[2])
-    });
+    let [x, y, z] = (origin - place_of(params, at)).to_array();
     let mut m: [f32; 12] = *words(params, at);
     let offset = [0, 1, 2].map(|row: usize| {
         let [a, b, c] = [m[4 * row], m[4 * row + 1], m[4 * row + 2]].map(f64::from);
@@ -76,19 +73,53 @@ pub(crate) fn wrapped(offset: [f64; 3], repeat: &[f32]) -> [f32; 3] {
     })
 }
 
-/// Returns the box whose coordinates bound the rounding of distances in a box that is relative to an origin: the box
-/// itself where all solids are only moved, turned and scaled, because their maps are as precise, and else the box in
-/// the scene's space.
-pub fn rounding_region(instructions: &[Instruction], region: Aabb, origin: Option<DVec3>) -> Aabb {
-    let Some(origin) = origin else { return region };
-    let is_rigid = |instr: &Instruction| {
-        instr.op <= abi::OP_AFFINE || matches!(instr.op, abi::OP_ROUND | abi::OP_SHELL)
-    };
-    if instructions.iter().all(is_rigid) {
-        return region;
+impl Program {
+    /// Returns the largest coordinate that determines how a list's distances are rounded in a box that is relative to an
+    /// origin: how far the maps into solids reach, and the coordinates in the scene's space where an instruction needs
+    /// those.
+    pub fn rounding_coordinate(
+        &self,
+        instructions: &[Instruction],
+        region: Aabb,
+        origin: Option<DVec3>,
+    ) -> f32 {
+        let own = region.min.abs().max(region.max.abs()).max_element();
+        let Some(origin) = origin else { return own };
+        let in_scene = own + origin.abs().max_element() as f32;
+        let (mut reach, mut depth, mut absolute_from) = (0.0f32, 0usize, usize::MAX);
+        for instr in instructions {
+            match instr.op {
+                abi::OP_PUSH_POINT => depth += 1,
+                abi::OP_POP_POINT => {
+                    depth = depth.saturating_sub(1);
+                    if depth < absolute_from {
+                        absolute_from = usize::MAX;
+                    }
+                }
+                _ if depth >= absolute_from => {}
+                op if op < abi::OP_SHAPES_END || op == abi::OP_AFFINE => {
+                    let away = origin - place_of(&self.params, instr.params as usize);
+                    reach = reach.max(away.abs().max_element() as f32);
+                    if op == abi::OP_AFFINE {
+                        absolute_from = depth;
+                    }
+                }
+                abi::OP_PUSH_VALUE | abi::OP_COMBINE | abi::OP_ROUND | abi::OP_SHELL => {}
+                _ => return in_scene,
+            }
+        }
+        own + reach.min(in_scene)
     }
-    let offset = origin.as_vec3();
-    Aabb::new(region.min + offset, region.max + offset)
+}
+
+/// Returns the place in front of a map's words.
+fn place_of(params: &[f32], at: usize) -> DVec3 {
+    let place: &[f32; PLACE_WORDS] = words(params, at.wrapping_sub(PLACE_WORDS));
+    let [x, y, z] = [0, 1, 2].map(|axis: usize| {
+        let parts = [0, 3, 6].map(|part| f64::from(place[part + axis]));
+        parts[0] + parts[1] + parts[2]
+    });
+    DVec3::new(x, y, z)
 }
 
 /// The number of the last cell of an endless repetition.

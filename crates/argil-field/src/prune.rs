@@ -7,7 +7,6 @@ use crate::evaluate::run_parallel;
 use crate::interpreter::Carried;
 use crate::interpreter_state::Loan;
 use crate::marks::{CELLS_PER_BATCH, CellMarks, Marks};
-use crate::places::rounding_region;
 use crate::pruned_writer::{PrunedWriter, RUN};
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
@@ -95,9 +94,11 @@ impl<'a> Pruner<'a> {
             }
         }
         let region = Aabb::around(centers.iter().copied()).grown(half_diagonal);
-        let region = rounding_region(instructions, region, self.origin);
+        let farthest = self
+            .program
+            .rounding_coordinate(instructions, region, self.origin);
         let change = self.program.lipschitz() * half_diagonal * 1.000_01;
-        r.margin = 2.0 * (change + self.program.list_slack(instructions, region));
+        r.margin = 2.0 * (change + self.program.list_slack(instructions, farthest));
         r.origin = self.origin;
         r.marks.clear();
         r.marks.resize(instructions.len(), Marks::default());

@@ -57,7 +57,7 @@ mod tables;
 mod volume_kind;
 mod voxel_samples;
 
-pub(crate) use block_baker::{CellContext, CellNearness};
+pub(crate) use block_baker::{CellContext, CellNearness, REGION_VOXELS_LOG2};
 pub use block_program::{BlockProgram, emptied_around};
 pub use bounds::BLOCK_WORDS;
 pub use brick::Brick;

@@ -5,7 +5,7 @@ use crate::memory::{available_memory, without_budget};
 use crate::{MeshError, MeshOptions, MeshOutput, VertexError, World};
 use argil_mesh::levels::{mesh_levels, project_levels};
 use argil_mesh::{MeshNormals, MeshReport};
-use argil_volume::{BricksError, Levels};
+use argil_volume::{BrickSettings, BricksError, Levels, LevelsLayout};
 use web_time::Instant;
 
 /// Rows of the image whose pixels determine the size of triangles.
@@ -41,7 +41,11 @@ impl World {
         let layout = if grid.is_clipped {
             let grid = grid.recomputed(program.aabb(), Some(self.view_bounds()));
             let grid = grid.map_err(BricksError::from).map_err(refuse)?;
-            levels.layout().with_grid(grid)
+            let settings = BrickSettings {
+                encoding: levels.layout().level(0).encoding,
+                ..BrickSettings::default()
+            };
+            LevelsLayout::new(grid, &settings).map_err(refuse)?
         } else {
             *levels.layout()
         };

@@ -13,7 +13,7 @@ use glam::{DVec3, IVec3, Vec3};
 
 /// Voxels along the side of a region whose pages are evaluated relative to its corner, as a power of two: then `f32`
 /// keeps a thousandth of a voxel.
-const REGION_VOXELS_LOG2: u32 = 13;
+pub(crate) const REGION_VOXELS_LOG2: u32 = 13;
 
 /// What all cells of a layout share.
 pub(crate) struct CellContext<'a> {
@@ -56,11 +56,11 @@ pub(crate) struct SampledBrick {
 }
 
 impl<'a> CellContext<'a> {
-    pub(crate) fn new(program: &'a Program, layout: BrickLayout, tolerance: f32) -> Self {
-        let grid = &layout.voxel_grid;
-        let held = grid.aabb();
-        let farthest = held.min.abs().max(held.max.abs()).max_element();
-        let is_wide = farthest > grid.voxel_size * (1 << REGION_VOXELS_LOG2) as f32;
+    pub(crate) fn new(
+        program: &'a Program,
+        (layout, is_wide): (BrickLayout, bool),
+        tolerance: f32,
+    ) -> Self {
         let mut local = layout;
         if is_wide {
             local.voxel_grid.corner = Vec3::ZERO;

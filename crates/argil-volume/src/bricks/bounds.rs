@@ -2,7 +2,7 @@
 
 use super::layout::BrickLayout;
 use argil_abi::Instruction;
-use argil_field::{ClearanceModel, NearJumps, Program, rounding_region};
+use argil_field::{ClearanceModel, NearJumps, Program};
 use argil_math::Aabb;
 use glam::{DVec3, IVec3, Vec3};
 
@@ -50,10 +50,10 @@ impl<'a> CellBounds<'a> {
         (list, origin): (&[Instruction], Option<DVec3>),
     ) -> Self {
         let cube = Aabb::new(center - half, center + half);
-        let rounding = rounding_region(list, cube, origin);
-        let farthest = rounding.min.abs().max(rounding.max.abs()).max_element();
+        let farthest = self.program.rounding_coordinate(list, cube, origin);
         let offset = origin.map_or(Vec3::ZERO, |origin| origin.as_vec3());
-        let cube = Aabb::new(cube.min + offset, cube.max + offset);
+        let rounding = 1e-6 * offset.abs().max_element();
+        let cube = Aabb::new(cube.min + offset, cube.max + offset).grown(rounding);
         Self {
             terms: self.terms.at(self.base, farthest),
             jumps: self.program.jumps_near(cube, self.far),

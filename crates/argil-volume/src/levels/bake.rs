@@ -82,8 +82,10 @@ impl<T> BakedPage<T> {
 impl<'a> PageContext<'a> {
     pub(super) fn new(program: &'a Program, layout: &LevelsLayout) -> Self {
         let tolerance = FLAT * layout.finest().voxel_grid.voxel_size;
-        let levels = (0..layout.count())
-            .map(|level| CellContext::new(program, layout.level(level), tolerance));
+        let levels = (0..layout.count()).map(|level| {
+            let own = (layout.level(level), layout.is_wide(level));
+            CellContext::new(program, own, tolerance)
+        });
         Self {
             program,
             levels: levels.collect(),

@@ -29,7 +29,8 @@ const SORTED_CHUNKS: usize = 8;
 /// What a fill did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FillStats {
-    /// Requests that were answered. A cell can turn out to have no surface, and then gets no brick.
+    /// Requests that were answered, with those for finer bricks that follow from them. A cell can turn out to have no
+    /// surface, and then gets no brick.
     pub answered: u64,
     /// Bricks that were sampled.
     pub bricks: u64,
@@ -213,7 +214,8 @@ impl Levels {
         }
     }
 
-    /// Bakes what frames asked for since the last call, the most urgent first, on rayon's current threads. It stops
+    /// Bakes what frames asked for since the last call, the most urgent first, on rayon's current threads. Then it bakes
+    /// what is finer at the same points. It stops
     /// when `until` has passed or memory is full. The next frame asks again for what remains.
     pub fn fill(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
         by_format!(self, fill_pages(program, until))
@@ -233,7 +235,10 @@ impl Levels {
         let mut list_bytes = size_of_val(program.instructions()) as u64;
         let mut must_end = false;
         // Then what is finer, level after level.
-        while !asked.is_empty() && !must_end {
+        for _ in 0..self.layout.count() {
+            if asked.is_empty() || must_end {
+                break;
+            }
             for some in asked.chunks_mut(SORTED_CHUNKS * chunk) {
                 some.sort_by_cached_key(|request| self.place_code(request));
             }
@@ -257,12 +262,14 @@ impl Levels {
                 done.is_full |= !fits;
                 must_end = !fits || until.is_some_and(|until| Instant::now() >= until);
             }
-            done.remaining = rest.len() as u64;
+            let remains = if must_end { finer.len() } else { 0 };
+            done.remaining = (rest.len() + remains) as u64;
             finer.sort_unstable_by_key(|request| request.key);
             finer.dedup_by_key(|request| request.key);
             PageRequest::sort(&mut finer);
             asked = finer;
         }
+        self.trim_lists();
         self.adapt(done.is_full);
         self.kept_since = self.frame.load(Ordering::Relaxed) + 1;
         done
@@ -305,7 +312,11 @@ impl Levels {
                 None if word == MISSING_BRICK => {
                     *known.entry(cell / 8).or_default() |= 1 << (cell % 8);
                 }
-                Some(child) if is_brick(word) && self.children[cell as usize] == NO_PAGE => {
+                Some(child)
+                    if is_brick(word)
+                        && self.children[cell as usize] == NO_PAGE
+                        && self.level_of(cell) > 0 =>
+                {
                     *new.entry(cell).or_default() |= 1 << child;
                 }
                 _ => {}

@@ -1,4 +1,5 @@
 use super::page::Page;
+use crate::bricks::REGION_VOXELS_LOG2;
 use crate::{BrickLayout, BrickSettings, BricksError, VoxelGrid};
 use argil_math::Aabb;
 use glam::IVec3;
@@ -26,6 +27,8 @@ pub(crate) const MAX_LEVELS: u32 = 20;
 pub struct LevelsLayout {
     finest: BrickLayout,
     count: u32,
+    /// The largest coordinate at the beginning. Edits that grow the box do not change it.
+    farthest: f32,
 }
 
 impl LevelsLayout {
@@ -42,11 +45,23 @@ impl LevelsLayout {
         let count = (0..MAX_LEVELS)
             .find(|level| longest.div_ceil(1 << level) <= ROOT_VOXELS)
             .map_or(MAX_LEVELS, |level| level + 1);
-        Ok(Self { finest, count })
+        let held = voxel_grid.aabb();
+        Ok(Self {
+            finest,
+            count,
+            farthest: held.min.abs().max(held.max.abs()).max_element(),
+        })
     }
 
     pub(super) fn finest(&self) -> &BrickLayout {
         &self.finest
+    }
+
+    /// Whether a level's pages are evaluated relative to regions, because `f32` would round coordinates to more than a
+    /// thousandth of a voxel.
+    pub(super) fn is_wide(&self, level: u32) -> bool {
+        let voxel = self.level(level).voxel_grid.voxel_size;
+        self.farthest > voxel * (1 << REGION_VOXELS_LOG2) as f32
     }
 
     /// Returns the number of levels.
@@ -90,7 +105,7 @@ impl LevelsLayout {
     }
 
     /// Returns the same levels over another box of the same voxels.
-    pub fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
+    pub(super) fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
         Self {
             finest: BrickLayout {
                 voxel_grid,

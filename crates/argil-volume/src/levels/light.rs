@@ -9,13 +9,13 @@
     reason = "a lane has its place in many arrays"
 )]
 
-use super::page::NO_PAGE;
+use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, octant_place};
 use super::requests::PageAim;
 use super::sampler::{LevelLanes, LevelSampler};
 use crate::{MISSING_BRICK, Texel, is_brick};
 use argil_abi::GpuMaterial;
 use argil_field::LANES;
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 
 impl<T: Texel> LevelSampler<'_, T> {
     /// Finds the finest bricks at points, on some levels or coarser ones: see [`LevelSampler::locate`]. A point in a
@@ -36,9 +36,12 @@ impl<T: Texel> LevelSampler<'_, T> {
             if self.words[above as usize] == MISSING_BRICK {
                 cell = self.levels.resident_above(above);
                 out.key[i] = 16 * u64::from(above);
-                let voxel = self.pages[above as usize / 8].origin;
-                let level = self.levels.level_of(above);
-                out.aim[i] = PageAim { voxel, level };
+                let page = &self.pages[above as usize / 8];
+                let first = octant_place(above % 8) << (PAGE_VOXELS_LOG2 - 1 + page.level);
+                out.aim[i] = PageAim {
+                    voxel: (IVec3::from(page.origin) + first).to_array(),
+                    level: page.level,
+                };
                 out.gap[i] = (self.levels.level_of(cell) - self.levels.level_of(above)) as f32;
             }
             let point = [0, 1, 2].map(|axis: usize| points[axis][i]);

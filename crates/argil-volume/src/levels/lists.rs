@@ -168,6 +168,38 @@ impl Levels {
         lists.sum::<u64>() + marks.sum::<u64>()
     }
 
+    /// Drops programs, and what is known of them, if all together exceed the budget.
+    pub(super) fn trim_lists(&mut self) {
+        let over = self.used_bytes().saturating_sub(self.budget);
+        if over == 0 {
+            return;
+        }
+        let bytes = |slot: usize| {
+            let list = self.lists[slot].as_ref();
+            let list = list.map_or(0, |list| size_of_val(&list.instructions[..]) as u64);
+            let marks = self.marks[slot].as_ref();
+            list + marks.map_or(0, |kept| kept.cells.bytes())
+        };
+        let used = |slot: usize| {
+            let list = self.lists[slot].as_ref().map(|list| list.used);
+            list.max(self.marks[slot].as_ref().map(|kept| kept.used))
+        };
+        let mut kept: Vec<(u32, usize)> = (0..self.lists.len())
+            .filter_map(|slot| Some((used(slot)?, slot)))
+            .collect();
+        kept.sort_unstable();
+        let mut freed = 0;
+        let gone = kept.iter().take_while(|own| {
+            let is_short = freed < over;
+            freed += bytes(own.1);
+            is_short
+        });
+        let gone: Vec<u32> = gone.map(|own| own.1 as u32).collect();
+        for slot in gone {
+            self.forget_lists(slot);
+        }
+    }
+
     /// Returns the bytes of the budget that kept programs, and what is known of them, may use.
     pub(super) fn list_share(&self) -> u64 {
         LIST_BYTES.min(self.budget / LIST_SHARE) + MARK_BYTES.min(self.budget / MARK_SHARE)

@@ -12,8 +12,10 @@ use crate::{BrickCell, SampleFormat, is_brick};
 use glam::{IVec3, Vec3};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// Bytes of a page without its bricks: its node, and for each cell its word, its child, and its last use.
-pub(super) const PAGE_BYTES: u64 = 32 + 8 * 12;
+/// Bytes of a page without its bricks: its node, what is kept of its programs, and for each cell its word, its child,
+/// and its last use.
+pub(super) const PAGE_BYTES: u64 =
+    32 + 8 * 12 + (size_of::<Option<KeptList>>() + size_of::<Option<KeptMarks>>()) as u64;
 
 /// Bricks at many levels of detail, within a budget of memory.
 ///

@@ -1,15 +1,26 @@
 //! Options of levels of detail.
 
 use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
+use super::voxel_grid::sampled_box;
 use crate::BuildError;
 use crate::memory::{budget_on, without_budget};
+use argil_field::WORLD_LIMIT;
 use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
-use argil_volume::{BrickSettings, Levels, LevelsLayout, MAX_SPARSE_RESOLUTION, Volume, VoxelGrid};
+use argil_volume::{
+    BrickSettings, Levels, LevelsLayout, MAX_SPARSE_RESOLUTION, MAX_VOXEL_INDEX, Volume, VoxelGrid,
+};
 use web_time::Instant;
 
 /// Voxels of the finest level to the horizon of an infinite scene without bounds.
-const HORIZON_VOXELS: i32 = 1 << 21;
+const HORIZON_VOXELS: i32 = MAX_VOXEL_INDEX / 2;
+
+/// Returns the voxels to the horizon, within the world that programs know.
+fn horizon_voxels(grid: &VoxelGrid) -> i32 {
+    let room = 0.9 * WORLD_LIMIT - grid.corner.abs().max_element();
+    let voxels = (room / grid.voxel_size).clamp(0.0, HORIZON_VOXELS as f32);
+    voxels as i32
+}
 
 /// Options of levels of detail.
 ///
@@ -104,7 +115,10 @@ impl RepresentationOptions for LevelsOptions {
         let start = Instant::now();
         let voxel_grid = match site.scene.view.bounds {
             Some(_) => voxel_grid,
-            None => voxel_grid.extended(site.program.aabb(), HORIZON_VOXELS),
+            None => {
+                let solid = sampled_box(site.scene, site.program);
+                voxel_grid.extended(solid, horizon_voxels(&voxel_grid))
+            }
         };
         let layout = LevelsLayout::new(voxel_grid, &self.settings)?;
         let requested = Some(self.memory_budget);
