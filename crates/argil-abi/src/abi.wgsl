@@ -137,7 +137,6 @@ const CONE_RADIUS: f32 = 5.7;
 const SATURATED: f32 = 0.99;
 const DENSE_NEAR: f32 = 0.28;
 const NEAR_VOXELS: f32 = 0.2;
-const BRICK_MARGIN_VOXELS: f32 = 2.5;
 const MIN_WEIGHT: f32 = 0.001;
 const MATERIAL_OWN_RATIO: f32 = 1.48;
 const RELAXATION: f32 = 0.9;

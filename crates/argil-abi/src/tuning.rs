@@ -39,8 +39,6 @@ numbers! { NUMBERS:
     DENSE_NEAR: f32 = 0.28;
     /// Below this distance in voxels, a ray intersects the surface of its voxel.
     NEAR_VOXELS: f32 = 0.2;
-    /// Minimum distance in voxels from the border of the stored samples at which a pixel's footprint ends a ray.
-    BRICK_MARGIN_VOXELS: f32 = 2.5;
     /// The weight of a mixed brick's point on another surface, relative to 1.
     MIN_WEIGHT: f32 = 1e-3;
     /// Multiple of the distance that decides whether a brick is mixed. Points of a mixed brick that are closer to the

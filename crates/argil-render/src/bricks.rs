@@ -4,8 +4,7 @@
 //! block if that is empty. In a brick it sphere traces the interpolated distance until that is below half a voxel.
 //! Then the distance along the ray within the voxel is a cubic polynomial, whose first root is the surface (Parker
 //! et al., "Interactive ray tracing for isosurface rendering", 1998; Hansson-Söderlund, Evans and Akenine-Möller,
-//! "Ray tracing of signed distance function grids", 2022). A ray that comes closer than half of its pixel also
-//! hits.
+//! "Ray tracing of signed distance function grids", 2022). The size of a pixel ends no ray: that would widen solids.
 //!
 //! *Practice.* Cones around 8×8 pixels go first (`cones.rs`), and rays begin where theirs ended. A tile's rays
 //! march together in batches. Those near the surface are gathered, and their voxels' cubics are solved in batches

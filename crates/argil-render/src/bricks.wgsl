@@ -116,9 +116,3 @@ fn cone_box_min() -> vec3<f32> {
 fn cone_box_max() -> vec3<f32> {
     return volume.corner + volume.voxel_size * held_box().end;
 }
-
-// GPU version of step.rs: the distance at which a pixel's footprint ends a ray.
-fn footprint(t: f32) -> f32 {
-    let max_stored = max(volume.band_width - BRICK_MARGIN_VOXELS * volume.voxel_size, 0.0);
-    return min(0.5 * frame.pixel_width * t, max_stored);
-}

@@ -16,8 +16,6 @@ use std::ops::Range;
 
 /// Below this distance in voxels, a ray looks for the surface in its voxel.
 pub(crate) const NEAR_VOXELS: f32 = argil_abi::NEAR_VOXELS;
-/// A ray that its pixel's footprint ends is at least this many voxels within the stored samples.
-pub(crate) const MARGIN_VOXELS: f32 = argil_abi::BRICK_MARGIN_VOXELS;
 /// Fraction of the largest over-relaxed step along a plane.
 const RELAXATION: f32 = argil_abi::RELAXATION;
 /// A ray that leaves a cell or a voxel advances by this many voxels, and by a fraction of its length, to be inside
@@ -74,14 +72,6 @@ pub(crate) fn low(a: f32, b: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn high(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
-}
-
-/// Returns the largest distance at which a pixel's footprint ends a ray. Farther out, a normal's samples would be
-/// outside the stored ones.
-pub(super) fn widest_footprint<T: Texel>(sampler: &BrickSampler<'_, T>) -> f32 {
-    let layout = sampler.layout();
-    let range = layout.encoding.band_width(&layout.voxel_grid, 0);
-    high(range - MARGIN_VOXELS * layout.voxel_grid.voxel_size, 0.0)
 }
 
 /// Reads the stored distance at each ray.
@@ -231,8 +221,7 @@ fn step<T: Texel>(
     let n = range.len();
     let layout = sampler.layout();
     let voxel = layout.voxel_grid.voxel_size;
-    let (scale, footprint) = (frame.inv_lipschitz, 0.5 * frame.pixel_width);
-    let widest = widest_footprint(sampler);
+    let scale = frame.inv_lipschitz;
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;
     let direction = [&dx[range.clone()], &dy[range.clone()], &dz[range.clone()]];
@@ -268,7 +257,7 @@ fn step<T: Texel>(
         let in_brick = is_brick(at.word[i]);
         let nudge = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t[i] + rounding[i];
         let empty_way = high(g * scale, leave[i] + nudge);
-        let close = high(NEAR_VOXELS * voxel, low(footprint * t[i], widest));
+        let close = NEAR_VOXELS * voxel;
         let motion = RayMotion {
             t: &mut t[i],
             over: &mut over[i],

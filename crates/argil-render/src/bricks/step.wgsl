@@ -61,7 +61,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
             g = stored_d * side;
             // The spheres no longer touch: return to the end of the last one.
             let too_far = motion.over > 0.0 && g < motion.over;
-            near = in_brick && !too_far && g < max(NEAR_VOXELS * voxel, footprint(t));
+            near = in_brick && !too_far && g < NEAR_VOXELS * voxel;
             if !in_brick && !too_far && g < 0.0 {
                 kind = select(HIT_OUTSIDE, HIT_INSIDE, side < 0.0);
                 exists = false;

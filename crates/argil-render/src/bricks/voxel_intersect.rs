@@ -85,12 +85,10 @@ fn measures<T: Texel>(
 ) -> VoxelMeasures {
     let RayPositions { sampler, u, .. } = places;
     let voxel = sampler.layout().voxel_grid.voxel_size;
-    let (epsilon, footprint) = (frame.epsilon, 0.5 * frame.pixel_width);
-    let widest = super::step::widest_footprint(sampler);
     let mut measures = VoxelMeasures {
         voxel: [voxel; LANES],
         quantum: [sampler.quantum(); LANES],
-        close: [0.0; LANES],
+        close: [frame.epsilon; LANES],
         nudge: [0.0; LANES],
     };
     for i in 0..n {
@@ -101,7 +99,6 @@ fn measures<T: Texel>(
             0.0
         };
         measures.nudge[i] = NUDGE_VOXELS * voxel + NUDGE_RELATIVE * t + rounding;
-        measures.close[i] = high(epsilon, low(footprint * t, widest));
     }
     measures
 }

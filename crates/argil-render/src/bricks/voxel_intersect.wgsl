@@ -16,7 +16,7 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inn
     let c0 = gap;
     let is_crossed = root.is_crossed;
     let starts_below = c0 <= 0.0;
-    let is_close = c0 < max(frame.epsilon, footprint(t));
+    let is_close = c0 < frame.epsilon;
     if starts_below || !is_crossed {
         share = 0.0;
     }
