@@ -40,7 +40,8 @@ pub struct LevelsOptions {
     pub settings: BrickSettings,
     /// The size of a voxel that a ray accepts, in pixels, from 0.125 to 1024.
     pub pixel_error: f32,
-    /// Maximum bytes of pages and bricks.
+    /// Maximum bytes of pages, bricks and kept programs. A scene whose own program is long may keep up to three quarters
+    /// of its bytes besides.
     pub memory_budget: u64,
 }
 
