@@ -231,6 +231,7 @@ impl<'a> Reel<'a> {
             return Ok(refined);
         };
         self.draw(world, camera)?;
+        let lacked = world.levels().map_or(0, |levels| levels.request_count());
         if let Some(before) = self.before.replace(*camera) {
             let ahead = Camera {
                 eye: camera.eye + FRAMES_AHEAD * (camera.eye - before.eye),
@@ -242,7 +243,7 @@ impl<'a> Reel<'a> {
         let filled = world.fill_pages(fill_ms)?;
         // What the image lacked when it was drawn.
         Ok(FillStats {
-            remaining: filled.answered + filled.remaining,
+            remaining: lacked as u64,
             ..filled
         })
     }
