@@ -19,7 +19,7 @@ pub(crate) fn skip_group<R: Real>(
     marks: bool,
 ) -> Option<usize> {
     let &[cx, cy, cz, radius, factor] = words(params, instructions[begin].params as usize);
-    let origin = r.current_origin().map_or(DVec3::ZERO, |origin| origin);
+    let origin = r.current_origin().unwrap_or(DVec3::ZERO);
     let [cx, cy, cz] = [(cx, origin.x), (cy, origin.y), (cz, origin.z)]
         .map(|(center, origin)| (f64::from(center) - origin) as f32);
     let [xs, ys, zs] = &r.point;

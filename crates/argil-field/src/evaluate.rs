@@ -75,9 +75,8 @@ impl<'a> Evaluator<'a> {
 
     /// Sets what points are relative to from now on, in place of the scene's origin. Distances near such a point are
     /// as precise as they would be at the scene's origin, however far away it is. Noise, and what is repeated, mirrored
-    /// or bent in the scene's own space, is only as precise as the scene's coordinates. So is a solid whose own frame is as
-    /// far away, such as an oblique plane through the scene's origin. An endless repetition is
-    /// precise.
+    /// or bent in the scene's own space, is only as precise as the scene's coordinates. So is a solid whose own
+    /// frame is as far away, such as an oblique plane through the scene's origin. An endless repetition is precise.
     ///
     /// ```
     /// use argil_field::{Evaluator, Program};

@@ -11,7 +11,7 @@ use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
 use glam::{DAffine3, DVec3};
 
-/// Words of a place. They stand in front of the words of a map.
+/// Words of a place. They precede the words of a map.
 pub(crate) const PLACE_WORDS: usize = 9;
 
 /// Returns the number of words in front of an instruction's own.

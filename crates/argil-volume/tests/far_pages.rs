@@ -124,12 +124,12 @@ fn distances_far_out_are_right_to_a_thousandth_of_a_voxel() -> Result<(), Box<dy
 {
     let center = DVec3::new(100_000.0, 12.0, 9.0);
     let inner = [0.123_456, 0.234_567, -0.345_678];
-    let ball = Brush::new(Shape::sphere(1.0)).at(inner);
+    let sphere = Brush::new(Shape::sphere(1.0)).at(inner);
     let mut scene = Scene::new();
     let group = scene
         .push(Group::new().at(center.as_vec3().to_array()))?
         .node;
-    scene.push_into(group, ball)?;
+    scene.push_into(group, sphere)?;
     let program = Program::lower(&scene)?;
     let layout = wide_layout()?;
     let mut levels = Levels::bake(&program, layout, 1 << 30)?;

@@ -2,9 +2,9 @@
 //!
 //! *Practice.* The content is lowered once for each scale, after a map from the instance's frame. The other instances
 //! of that scale copy its instructions, which refer to the same parameters, and have a map of their own. So an
-//! instance costs its instructions of 16 bytes, a map and its place. Neighbors form clusters. A sphere bounds each instance and
-//! each cluster, so that a batch of points, or a [`Pruner`](crate::Pruner), skips what is farther than the nearest
-//! solid.
+//! instance costs its instructions of 16 bytes, a map and its place. Neighbors form clusters. A sphere bounds each
+//! instance and each cluster, so that a batch of points, or a [`Pruner`](crate::Pruner), skips what is farther than the
+//! nearest solid.
 
 use super::error::{LowerError, MAX_INSTRUCTIONS};
 use super::frame::{Frame, joint};

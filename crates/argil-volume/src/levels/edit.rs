@@ -69,8 +69,8 @@ impl Levels {
         let program = live.to_program();
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
-        self.lists.fill(None);
-        self.marks.fill(None);
+        self.lists.forget_all();
+        self.marks.forget_all();
         if let Err(error) = self.bake_roots::<T>(&program) {
             self.drop_missing_roots();
             return Err(error);

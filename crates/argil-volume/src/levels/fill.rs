@@ -139,8 +139,8 @@ impl Levels {
             Some(slot) => slot,
             None => {
                 self.pages.push(page);
-                self.lists.push(None);
-                self.marks.push(None);
+                self.lists.push();
+                self.marks.push();
                 let cells = 8 * self.pages.len();
                 self.children.resize(cells, UNKNOWN_CELL);
                 self.store
@@ -215,8 +215,8 @@ impl Levels {
     }
 
     /// Bakes what frames asked for since the last call, the most urgent first, on rayon's current threads. Then it bakes
-    /// what is finer at the same points. It stops
-    /// when `until` has passed or memory is full. The next frame asks again for what remains.
+    /// what is finer at the same points. It stops when `until` has passed or memory is full. The next frame asks again
+    /// for what remains.
     pub fn fill(&mut self, program: &Program, until: Option<Instant>) -> FillStats {
         by_format!(self, fill_pages(program, until))
     }
@@ -360,7 +360,7 @@ impl Levels {
                 page: self.pages[*slot as usize],
                 list: lists[slot].clone(),
                 cells,
-                kept: self.marks_of(*slot),
+                kept: self.marks.get(*slot).cloned(),
             })
             .collect();
         let baked: Vec<BakedPage<T>> = jobs

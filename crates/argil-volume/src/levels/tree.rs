@@ -1,6 +1,6 @@
 //! The tree of pages.
 
-use super::kept_list::{KeptList, KeptMarks};
+use super::kept_list::{KeptBySlot, PageCells};
 use super::layout::LevelsLayout;
 
 use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
@@ -9,13 +9,17 @@ use crate::MISSING_BRICK;
 use crate::Texels;
 use crate::bricks::{BrickStore, places};
 use crate::{BrickCell, SampleFormat, is_brick};
+use argil_abi::Instruction;
 use glam::{IVec3, Vec3};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Bytes of a page without its bricks: its node, what is kept of its programs, and for each cell its word, its child,
 /// and its last use.
-pub(super) const PAGE_BYTES: u64 =
-    32 + 8 * 12 + (size_of::<Option<KeptList>>() + size_of::<Option<KeptMarks>>()) as u64;
+pub(super) const PAGE_BYTES: u64 = 32
+    + 8 * 12
+    + KeptBySlot::<Arc<[Instruction]>>::SLOT_BYTES
+    + KeptBySlot::<Arc<PageCells>>::SLOT_BYTES;
 
 /// Bricks at many levels of detail, within a budget of memory.
 ///
@@ -60,9 +64,9 @@ pub struct Levels {
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
     /// Programs of pages that have been refined, until the next edit.
-    pub(super) lists: Vec<Option<KeptList>>,
+    pub(super) lists: KeptBySlot<Arc<[Instruction]>>,
     /// What is known of the programs of their cells, until the next edit.
-    pub(super) marks: Vec<Option<KeptMarks>>,
+    pub(super) marks: KeptBySlot<Arc<PageCells>>,
     /// How often programs were looked up: they are kept by their last use.
     pub(super) list_clock: u32,
     /// The bytes of the scene's program.
@@ -131,8 +135,8 @@ impl Levels {
             children: Vec::new(),
             free: Vec::new(),
             store: BrickStore::of(pool),
-            lists: Vec::new(),
-            marks: Vec::new(),
+            lists: KeptBySlot::default(),
+            marks: KeptBySlot::default(),
             list_clock: 0,
             program_bytes: 0,
             mean_list_bytes: 0,
