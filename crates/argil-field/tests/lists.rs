@@ -1,18 +1,19 @@
 //! Pruned programs and programs far from the origin, against the whole program at the origin.
 
 use argil_field::{Evaluator, Program, Pruner};
-use argil_scene::{Brush, Modifier, Pose, Scene, Shape};
+use argil_scene::{Brush, Group, Modifier, Pose, Scene, Shape};
 use glam::{DVec3, Vec3};
 
 /// Far spheres, instances of which two are near, and what is near, so that groups begin and end anywhere in a run of
 /// instructions that are dropped.
-fn scene(lead: u16) -> Result<Scene, Box<dyn std::error::Error>> {
+fn scene(lead: u16, count: u16) -> Result<Scene, Box<dyn std::error::Error>> {
     let mut scene = Scene::new();
-    scene.push(Shape::sphere(0.4))?;
+    // Smaller than a stone, whose own frame is here too.
+    scene.push(Shape::sphere(0.05))?;
     for i in 0..lead {
         scene.push(Brush::new(Shape::sphere(0.5)).at([60.0 + f32::from(i), 0.0, 0.0]))?;
     }
-    let poses: Vec<Pose> = (0..60u16)
+    let poses: Vec<Pose> = (0..count)
         .map(|i| Pose {
             position: if i % 30 == 7 {
                 [0.7, 0.1 * f32::from(i % 4), 0.0]
@@ -23,10 +24,13 @@ fn scene(lead: u16) -> Result<Scene, Box<dyn std::error::Error>> {
             scale: 1.0,
         })
         .collect();
-    let stones = Brush::new(Shape::cuboid([0.3, 0.2, 0.1]));
-    scene.push(stones.with_modifier(Modifier::Instances {
+    // An instance has seven instructions, so that groups end anywhere in a run of eight.
+    let stones = Group::new().with_modifier(Modifier::Instances {
         poses: poses.into(),
-    }))?;
+    });
+    let stones = scene.push(stones)?.node;
+    scene.push_into(stones, Shape::cuboid([0.3, 0.2, 0.1]))?;
+    scene.push_into(stones, Shape::cuboid([0.1, 0.3, 0.1]))?;
     scene.push(
         Brush::new(Shape::sphere(0.2))
             .at([0.0, 0.5, 0.0])
@@ -40,8 +44,8 @@ fn a_pruned_program_has_the_distances_of_the_whole_one() -> Result<(), Box<dyn s
     let centers: Vec<Vec3> = (0..8u8)
         .map(|i| Vec3::new(f32::from(i & 1), f32::from(i >> 1 & 1), f32::from(i >> 2)) - 0.5)
         .collect();
-    for lead in 0..24 {
-        let program = Program::lower(&scene(lead)?)?;
+    for (lead, count) in (0..48).map(|i| (i % 5, 24 + i)) {
+        let program = Program::lower(&scene(lead, count)?)?;
         let all = program.instructions();
         let mut pruner = Pruner::new(&program);
         pruner.classify_cells(all, &centers, 0.9, &mut [0.0; 8]);
@@ -63,7 +67,10 @@ fn a_pruned_program_has_the_distances_of_the_whole_one() -> Result<(), Box<dyn s
             let (mut whole, mut pruned) = ([0.0; 3], [0.0; 3]);
             evaluator.distances(&x, &y, &z, &mut whole);
             evaluator.distances_with(&list, &x, &y, &z, &mut pruned);
-            assert_eq!(whole, pruned, "{lead} far spheres, cell {cell}");
+            assert_eq!(
+                whole, pruned,
+                "{lead} far spheres, {count} instances, cell {cell}"
+            );
         }
     }
     Ok(())
