@@ -81,8 +81,8 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
             .0;
         let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
-        // Pixels on the edge between two triangles can be either's.
-        let off = differing(&own.hits, &theirs.hits, 1e-3 * voxel_grid.voxel_size);
+        // Pixels on the edge between two triangles can be either's. Hardware puts corners on a grid of 256 steps a pixel.
+        let off = differing(&own.hits, &theirs.hits, 0.02 * voxel_grid.voxel_size);
         assert!(off * 200 < count, "{off} of {count} from {eye}");
 
         let field = render_with_hits(&program, &PrunedField, &frames);

@@ -429,11 +429,11 @@ fn frame(program: &Program, volume: &Volume, eye: Vec3, show: RenderMode) -> Vec
     )
 }
 
-/// Counts hits that differ in kind, id or steps, and returns the largest differences of length and normal among the
-/// others.
+/// Counts hits that differ in kind, id or steps, and returns the differences of length and normal that all but one in
+/// 500 of the others stay below.
 fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
     let mut other = 0;
-    let (mut length, mut normal) = (0.0f32, 0.0f32);
+    let (mut lengths, mut normals) = (Vec::new(), Vec::new());
     for (a, b) in a.iter().zip(b) {
         let far = |x: u32, y: u32| x.abs_diff(y) > 4 + x / 20;
         if a.kind != b.kind
@@ -444,13 +444,17 @@ fn hit_gap(a: &[Hit], b: &[Hit]) -> (usize, f32, f32) {
         {
             other += 1;
         } else if a.kind != HIT_NONE {
-            length = length.max((a.normal_t[3] - b.normal_t[3]).abs());
-            for (a, b) in a.normal_t.iter().zip(&b.normal_t).take(3) {
-                normal = normal.max((a - b).abs());
-            }
+            lengths.push((a.normal_t[3] - b.normal_t[3]).abs());
+            let turns = a.normal_t.iter().zip(&b.normal_t).take(3);
+            normals.push(turns.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max));
         }
     }
-    (other, length, normal)
+    let usual = |mut gaps: Vec<f32>| {
+        gaps.sort_by(f32::total_cmp);
+        let rest = gaps.len() / 500;
+        gaps.iter().rev().nth(rest).copied().unwrap_or(0.0)
+    };
+    (other, usual(lengths), usual(normals))
 }
 
 /// Bounded: a texture filter may round its weights to eight bits. That moves a hit by a small part of a voxel, and

@@ -16,6 +16,7 @@ mod record;
 mod report;
 mod runner;
 mod scenes;
+mod warm_up;
 
 use anyhow::Context;
 use argil::Engine;

@@ -3,6 +3,7 @@
 use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
 use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{SceneRng, scene};
+use crate::warm_up::warm_up;
 use anyhow::Context;
 use argil::glam::Vec3;
 use argil::render::{Camera, RenderMode, RenderSettings};
@@ -153,10 +154,7 @@ fn frames(
         ..world.render_settings(plan.size(), RenderMode::Normal)
     };
     let first = camera(world, eye);
-    // The first frames are slower, until caches and clocks have adapted: an extra tenth is not counted.
-    for camera in Orbit::cameras(first, (count / 10).max(1)) {
-        world.render(&camera, &settings)?;
-    }
+    warm_up(world, (first, &settings), plan, (count / 10).max(1))?;
     let mut hit_pixels = 0;
     for camera in Orbit::cameras(first, count) {
         let drawn = world.render(&camera, &settings)?;

@@ -69,13 +69,21 @@ pub(super) fn ratios(
             continue;
         };
         let device = a.machine.device.clone();
-        if let (Some(a), Some(b)) = (a.value(value), b.value(value))
+        if let (Some(a), Some(b)) = (at_equal_clocks(a, value), at_equal_clocks(b, value))
             && b > 0.0
         {
             found.push((device, a / b));
         }
     }
     found
+}
+
+/// Returns a value, and for the time of a frame, that time in clocks of the GPU, if its clock is known. A data center's
+/// GPU runs at a fifth of its clock while frames are short.
+fn at_equal_clocks(record: &Record, value: &str) -> Option<f64> {
+    let is_frame = value == "frame_ms";
+    let clock = record.value("gpu_clock_mhz").filter(|_| is_frame);
+    Some(record.value(value)? * clock.unwrap_or(1.0))
 }
 
 /// Returns a verdict on ratios, with their range on each device.
