@@ -87,4 +87,8 @@ constants! { BINDINGS:
     BIND_COUNTS = 40;
     /// What rays used of levels of detail, and what they lacked.
     BIND_FEEDBACK = 41;
+    /// Light: the tables of coarse levels, as a texture of words.
+    BIND_LIGHT_WORDS = 42;
+    /// Light: the bricks of coarse levels.
+    BIND_LIGHT_STORED = 43;
 }

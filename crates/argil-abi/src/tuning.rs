@@ -81,6 +81,12 @@ numbers! { NUMBERS:
     FEEDBACK_HEAD: u32 = 2;
     /// Words of what rays used of a page: its cells and those that are missing, and the missing pages of its cells.
     FEEDBACK_WORDS: u32 = 3;
+    /// Texels along a row of the texture of light's tables.
+    LIGHT_ROW: u32 = 1024;
+    /// The first words of light's tables: whether there are any, the coarsest level, the edge of a voxel of the finest, the
+    /// band in voxels, the first root and the number of roots along each axis, the first and the last voxel, and where the
+    /// records of pages begin.
+    LIGHT_HEAD: u32 = 24;
     /// Voxels of light in levels, in those of rays.
     LIGHT_VOXELS: f32 = 2.0;
     /// The shortest step of a shadow's ray through levels, in voxels of light.

@@ -9,7 +9,8 @@ pub(crate) use argil_abi::{
     BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS,
     BIND_COUNTS as COUNTS, BIND_EDGE_ROWS as EDGE_ROWS, BIND_FEEDBACK as FEEDBACK,
     BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS, BIND_INSTRS as INSTRS,
-    BIND_KEYS as KEYS, BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_MARCHING as MARCHING,
+    BIND_KEYS as KEYS, BIND_LIGHT_STORED as LIGHT_STORED, BIND_LIGHT_WORDS as LIGHT_WORDS,
+    BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_MARCHING as MARCHING,
     BIND_MATERIALS as MATERIALS, BIND_NODES as NODES, BIND_OCCUPIED as OCCUPIED,
     BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL, BIND_OWNERS as OWNERS,
     BIND_PARAMS as PARAMS, BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
@@ -55,6 +56,12 @@ pub(crate) const CELLS_WGSL: &str = "
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read> brick_materials: array<u32>;
 ";
 
+/// The levels from which light reads distances that bricks do not store.
+pub(crate) const LIGHT_WGSL: &str = "
+@group(0) @binding(BIND_LIGHT_WORDS) var light_words: texture_2d<u32>;
+@group(0) @binding(BIND_LIGHT_STORED) var light_stored: texture_3d<f32>;
+";
+
 pub(crate) const LEVELS_WGSL: &str = "
 @group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
 @group(0) @binding(BIND_FEEDBACK) var<storage, read_write> feedback: array<atomic<u32>>;
@@ -96,6 +103,8 @@ pub(crate) enum Bind {
     Filter(u32),
     /// An image whose texels are read directly.
     Picture(u32),
+    /// A texture of words.
+    Words(u32),
     /// A 3D texture to write.
     Target(u32, wgpu::TextureFormat),
 }
@@ -141,6 +150,14 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupL
                 Bind::Picture(at) => {
                     let ty = wgpu::BindingType::Texture {
                         sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    };
+                    (at, ty)
+                }
+                Bind::Words(at) => {
+                    let ty = wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Uint,
                         view_dimension: wgpu::TextureViewDimension::D2,
                         multisampled: false,
                     };

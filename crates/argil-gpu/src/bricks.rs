@@ -8,6 +8,7 @@ mod build;
 mod build_tables;
 mod cells;
 mod edit;
+mod light;
 mod list_arena;
 mod passes;
 mod pool;
@@ -17,10 +18,12 @@ mod tables;
 
 use self::build::{BrickBuilder, volume_of};
 use self::cells::GpuCellTable;
+use self::light::GpuLight;
 use self::pool_accounting::PoolAccounting;
 use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
 use crate::bindings::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LINEAR, LIVE, LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,
+    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LIGHT_STORED, LIGHT_WGSL, LIGHT_WORDS, LINEAR, LIVE,
+    LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,
 };
 use crate::resources::{STAGING_BYTES, extent, read_table, read_texels};
 use crate::storage_buffer::StorageBuffer;
@@ -32,11 +35,12 @@ use argil_abi::{self as abi, BrickUniform, FrameUniform};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{
-    BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, PendingEdits, SampleFormat,
-    Texels, Volume, VolumeInfo, empty_word, is_brick, wgsl,
+    BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, Levels, PendingEdits,
+    SampleFormat, Texels, Volume, VolumeInfo, empty_word, is_brick, wgsl,
 };
 use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 const BRICKS_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
@@ -48,7 +52,8 @@ macro_rules! way {
             name: $name,
             march: argil_render::wgsl::BRICKS,
             tables: || {
-                let bindings = [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, LIVE_WGSL].concat();
+                let bindings =
+                    [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL, LIGHT_WGSL, LIVE_WGSL].concat();
                 bindings + wgsl::BRICK_CELLS + wgsl::BRICK_MATERIALS
             },
             binds: &[
@@ -57,6 +62,8 @@ macro_rules! way {
                 Bind::Filter(LINEAR),
                 Bind::Read(CELLS),
                 Bind::Read(BRICK_MATERIALS),
+                Bind::Words(LIGHT_WORDS),
+                Bind::Texture(LIGHT_STORED),
                 Bind::Write(LIVE),
             ],
             constants: $constants,
@@ -84,6 +91,7 @@ impl VolumeTables for BrickTables {
     fn bind(&self, bound: &mut Vec<BoundResource>) {
         bound.extend(self.cells.buffer.bound(CELLS));
         bound.extend(self.materials.bound(BRICK_MATERIALS));
+        self.light.bind(bound);
     }
 
     fn uniform(&self, _: &FrameUniform) -> Cow<'_, [u8]> {
@@ -96,7 +104,7 @@ impl VolumeTables for BrickTables {
             self.cells.memory_bytes() + self.materials.size() + self.accounting.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
         let brick = u64::from(self.layout.brick_samples()) * body.texel_bytes();
-        bricks * brick + tables + making
+        bricks * brick + tables + making + self.light.memory_bytes()
     }
 
     fn info<'a>(&'a self, mut info: VolumeInfo, gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
@@ -139,6 +147,14 @@ impl VolumeTables for BrickTables {
 
     fn trim<'a>(&'a mut self, body: &'a mut VolumeStorage, field: &'a GpuProgram) -> Work<'a, ()> {
         Box::pin(self.trim_in(body, field))
+    }
+
+    fn brick_layout(&self) -> Option<BrickLayout> {
+        Some(self.layout)
+    }
+
+    fn set_light(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {
+        self.light.set(gpu, levels)
     }
 
     fn cut(&self) -> Option<ClipUpdate<'_>> {
@@ -302,6 +318,7 @@ impl GpuVolume {
             )?,
             lipschitz: bricks.lipschitz(),
             making: None,
+            light: GpuLight::new(gpu)?,
             uniform: BrickUniform::default(),
         };
         volume_of(field, texture, tables)

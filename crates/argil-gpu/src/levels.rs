@@ -10,7 +10,7 @@ mod pool;
 mod tables;
 
 use self::feedback::{FrameSight, feedback_bytes, note};
-use self::pool::LevelPool;
+pub(crate) use self::pool::{LevelPool, packed};
 use self::tables::LevelTables;
 use crate::bindings::{
     Bind, CELLS, FEEDBACK, LEVELS_WGSL, LINEAR, LIVE, LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,

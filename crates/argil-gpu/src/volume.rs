@@ -10,9 +10,12 @@ use crate::{Gpu, GpuError, GpuProgram};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
 use argil_render::RenderOutput;
-use argil_volume::{EditStats, Encoding, Levels, PendingEdits, Volume, VolumeInfo, VoxelGrid};
+use argil_volume::{
+    BrickLayout, EditStats, Encoding, Levels, PendingEdits, Volume, VolumeInfo, VoxelGrid,
+};
 use std::any::Any;
 use std::borrow::Cow;
+use std::sync::Arc;
 use web_time::Duration;
 
 /// A kind of volume on the device, besides its texture.
@@ -95,6 +98,16 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
 
     /// Uploads what changed in the levels.
     fn follow_levels(&mut self, _body: &mut VolumeStorage, _gpu: &Gpu) -> Result<(), GpuError> {
+        Ok(())
+    }
+
+    /// Returns the layout of sparse bricks.
+    fn brick_layout(&self) -> Option<BrickLayout> {
+        None
+    }
+
+    /// Uploads the levels from which light reads distances that are not stored.
+    fn set_light(&self, _gpu: &Gpu, _levels: &Arc<Levels>) -> Result<(), GpuError> {
         Ok(())
     }
 
@@ -248,6 +261,20 @@ impl GpuVolume {
     /// If they exceed the device's limits or memory.
     pub fn follow_levels(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.kind.follow_levels(&mut self.body, gpu)
+    }
+
+    /// Returns the layout of sparse bricks, or `None` for another kind.
+    pub fn brick_layout(&self) -> Option<BrickLayout> {
+        self.kind.brick_layout()
+    }
+
+    /// Sets the levels from which light reads distances that bricks do not store: see
+    /// [`LightLevels`](argil_volume::LightLevels). Other kinds ignore them.
+    ///
+    /// # Errors
+    /// If they exceed the device's limits or memory.
+    pub fn set_light(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {
+        self.kind.set_light(gpu, levels)
     }
 
     /// Returns the voxel grid.

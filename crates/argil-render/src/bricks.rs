@@ -12,6 +12,7 @@
 //! from the field.
 
 mod cones;
+mod lit;
 mod rays;
 pub(crate) mod step;
 pub(crate) mod voxel_intersect;
@@ -28,6 +29,7 @@ use argil_volume::Bricks;
 use cones::CONE_SIDE;
 pub(crate) use cones::{ConeDistances, Cones};
 use glam::Vec3;
+pub use lit::LitBricks;
 use rays::BrickRays;
 use std::ops::Range;
 use step::{StepOutcome, step_i8, step_i16};
@@ -71,7 +73,7 @@ impl DistanceSource for BrickRays<'_> {
         for first in (0..x.len()).step_by(LANES) {
             let r = first..(first + LANES).min(x.len());
             let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
-            self.estimates(p, &mut d[r]);
+            self.estimates(p, None, &mut d[r]);
         }
     }
 }

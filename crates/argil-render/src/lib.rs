@@ -23,6 +23,7 @@ mod tile;
 mod tile_buffers;
 mod trace;
 
+pub use bricks::LitBricks;
 pub use camera::Camera;
 pub use image::RenderOutput;
 pub use pruned_trace::PrunedField;
@@ -65,6 +66,7 @@ pub mod wgsl {
         include_str!("bricks/voxel_intersect.wgsl"),
         include_str!("bricks/motion.wgsl"),
         include_str!("bricks/step.wgsl"),
+        include_str!("bricks/light_levels.wgsl"),
         include_str!("bricks/light.wgsl"),
         include_str!("bricks/cones.wgsl")
     );

@@ -27,8 +27,8 @@ pub use encoding::{Band, Encoding, SampleFormat, Texel};
 pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
 pub use levels::{
     FLAT_CELL, FillStats, LeafCell, LevelLanes, LevelSampler, Levels, LevelsLayout,
-    LevelsPendingEdits, NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageAim, PageList,
-    PageRequest, UNKNOWN_CELL, is_page, split_position,
+    LevelsPendingEdits, LightLevels, NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageAim,
+    PageList, PageRequest, UNKNOWN_CELL, is_page, split_position,
 };
 pub use mip_sampler::MipSampler;
 pub use octree::{

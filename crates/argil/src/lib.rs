@@ -13,6 +13,7 @@ mod field_mesh;
 mod heightmap;
 mod image;
 mod levels_mesh;
+mod light;
 mod limits;
 mod memory;
 mod mesh_assets;

@@ -5,9 +5,11 @@ use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
 use crate::{RenderError, RenderedImage, Representation, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_render::{
-    Camera, RenderMode, RenderOutput, RenderSettings, RenderSource, frame_uniforms,
+    Camera, LitBricks, RenderMode, RenderOutput, RenderSettings, RenderSource, frame_uniforms,
 };
 use argil_scene::CameraPose;
+use argil_volume::{Levels, Volume};
+use std::sync::Arc;
 use web_time::Instant;
 
 /// Default maximum of steps per ray: through the field, and through a volume, whose steps are shorter.
@@ -84,6 +86,16 @@ impl World {
         Ok((RenderedImage::new(picture, duration_ms), lengths))
     }
 
+    /// Returns the levels from which light reads distances that sparse bricks do not store, if a mode shows light.
+    fn light_for(&self, mode: RenderMode) -> Option<Arc<Levels>> {
+        let layout = self.storage.brick_layout()?;
+        let is_lit = mode == RenderMode::Shaded;
+        is_lit.then(|| {
+            self.light
+                .levels(self.program(), self.live_program(), &layout)
+        })?
+    }
+
     async fn picture(
         &self,
         camera: &Camera,
@@ -102,10 +114,16 @@ impl World {
             voxel_grid.as_ref(),
             self.view_bounds,
         );
+        let light = self.light_for(settings.mode);
         if let Some(field) = &self.gpu {
             field.upload_instructions(|| self.program());
             let (picture, duration_ms) = match &self.storage {
-                Storage::Gpu(volume) => volume.render(field, &frames, with_hits).await?,
+                Storage::Gpu(volume) => {
+                    if let Some(light) = &light {
+                        volume.set_light(field.gpu(), light)?;
+                    }
+                    volume.render(field, &frames, with_hits).await?
+                }
                 Storage::Mesh(MeshStorage {
                     mesh: StoredTriangles::Gpu(mesh),
                     ..
@@ -114,9 +132,15 @@ impl World {
             };
             return Ok((picture, duration_ms));
         }
-        let drawn;
+        let (drawn, lit);
         let through: &dyn RenderSource = match &self.storage {
-            Storage::Cpu(volume) => volume,
+            Storage::Cpu(volume) => match (volume, &light) {
+                (Volume::Bricks(bricks), Some(light)) => {
+                    lit = LitBricks { bricks, light };
+                    &lit
+                }
+                _ => volume,
+            },
             Storage::Mesh(MeshStorage {
                 mesh: StoredTriangles::Cpu(mesh),
                 ..

@@ -3,6 +3,7 @@ mod levels;
 
 use crate::MeshCounts;
 use crate::edit_session::EditSession;
+use crate::light::Light;
 use crate::observers::Observers;
 use crate::program_cache::ProgramCache;
 use crate::representation::{BuildContext, Storage, StoredTriangles, view_bounds_of};
@@ -50,6 +51,7 @@ pub struct World {
     pub(crate) scene: Scene,
     pub(crate) representation: Representation,
     pub(crate) storage: Storage,
+    pub(crate) light: Light,
     build_timings: BuildTimings,
 }
 
@@ -76,6 +78,7 @@ impl World {
             scene: scene.snapshot(),
             representation: Representation::Field,
             storage: Storage::Field,
+            light: Light::default(),
             build_timings: BuildTimings::default(),
         })
     }
@@ -91,6 +94,7 @@ impl World {
     ) -> Result<Self, BuildError> {
         // Free the old volume before the new one is built.
         self.storage = Storage::Field;
+        self.light.forget();
         if !self.edits.has_seen_all(scene) {
             self.program = OnceLock::from(ProgramCache::from(Program::lower(scene)?));
         }
@@ -288,8 +292,8 @@ impl World {
                 let on_gpu = self.gpu.as_ref().map_or(0, GpuProgram::memory_bytes);
                 self.program().memory_bytes() as u64 + on_gpu
             }
-            Storage::Cpu(volume) => volume.memory_bytes(),
-            Storage::Gpu(volume) => volume.memory_bytes(),
+            Storage::Cpu(volume) => volume.memory_bytes() + self.light.memory_bytes(),
+            Storage::Gpu(volume) => volume.memory_bytes() + self.light.memory_bytes(),
             Storage::Mesh(drawable) => match &drawable.mesh {
                 StoredTriangles::Gpu(mesh) => mesh.memory_bytes(),
                 StoredTriangles::Cpu(mesh) => mesh.memory_bytes(),

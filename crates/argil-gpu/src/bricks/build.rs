@@ -2,6 +2,7 @@
 //! everything else.
 
 use super::cells::GpuCellTable;
+use super::light::GpuLight;
 
 use super::build_tables::{BrickTargets, EditScratch};
 use super::list_arena::BlockTables;
@@ -209,6 +210,7 @@ impl<'a> BrickBuilder<'a> {
             accounting: self.accounting,
             lipschitz: self.program.lipschitz(),
             making: None,
+            light: GpuLight::new(self.field.gpu())?,
             uniform: BrickUniform::default(),
         };
         let texture = tables.fit(self.field, texture, count, mixed)?;

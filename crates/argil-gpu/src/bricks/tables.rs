@@ -2,6 +2,7 @@
 
 use super::build_tables::BuildTables;
 use super::cells::GpuCellTable;
+use super::light::GpuLight;
 use super::pool_accounting::PoolAccounting;
 use crate::resources::{extent, texture_of};
 use crate::storage_buffer::StorageBuffer;
@@ -26,6 +27,8 @@ pub(crate) struct BrickTables {
     pub lipschitz: f32,
     /// Created by the first edit.
     pub making: Option<Box<BuildTables>>,
+    /// The levels from which light reads distances.
+    pub light: GpuLight,
     /// The uniform for shaders.
     pub uniform: BrickUniform,
 }

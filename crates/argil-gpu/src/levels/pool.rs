@@ -12,7 +12,7 @@ const SIDE: u32 = 9;
 
 /// The size of the pool.
 #[derive(Debug)]
-pub(super) struct LevelPool {
+pub(crate) struct LevelPool {
     /// Bricks along each axis.
     size: [u32; 3],
     /// Layers of bricks that the budget allows.
@@ -23,7 +23,7 @@ pub(super) struct LevelPool {
 
 impl LevelPool {
     /// Creates a pool for levels, and its texture.
-    pub(super) fn new(gpu: &Gpu, levels: &Levels) -> Result<(Self, wgpu::Texture), GpuError> {
+    pub(crate) fn new(gpu: &Gpu, levels: &Levels) -> Result<(Self, wgpu::Texture), GpuError> {
         let brick = levels.layout().level(0).brick_bytes();
         let bricks = (levels.budget() / brick).max(levels.brick_count()).max(1);
         let most = (gpu.device.limits().max_texture_dimension_3d / SIDE).max(1);
@@ -43,7 +43,7 @@ impl LevelPool {
     }
 
     /// Returns the bricks along each axis.
-    pub(super) fn size(&self) -> [u32; 3] {
+    pub(crate) fn size(&self) -> [u32; 3] {
         self.size
     }
 
@@ -105,7 +105,7 @@ impl LevelPool {
     }
 
     /// Uploads bricks that changed.
-    pub(super) fn upload(
+    pub(crate) fn upload(
         &self,
         gpu: &Gpu,
         levels: &Levels,
@@ -213,7 +213,7 @@ fn format_for(gpu: &Gpu, levels: &Levels) -> TexelFormat {
 }
 
 /// Returns a brick's position in the pool, ten bits per axis, as the device's words hold it.
-pub(super) fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
+pub(crate) fn packed(word: u32, [x, y, _]: [u32; 3]) -> u32 {
     if is_brick(word) && word != MISSING_BRICK {
         (word % x) | ((word / x % y) << 10) | ((word / x / y) << 20)
     } else {

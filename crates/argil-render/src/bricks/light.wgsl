@@ -16,6 +16,12 @@ fn light_distance(p: vec3<f32>) -> f32 {
     let at = locate(u);
     let in_brick = is_brick(at.word);
     let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
+    if in_brick {
+        return stored_d + beside;
+    }
+    if has_light_levels() {
+        return light_beyond(volume.corner + u * volume.voxel_size) + beside;
+    }
     let low = vec3<f32>(low_cell());
     let last = vec3<f32>(high_cell() - 1);
     let place = clamp(u * (1.0 / f32(volume.brick_size_voxels)) - 0.5, low, last);
@@ -28,7 +34,7 @@ fn light_distance(p: vec3<f32>) -> f32 {
         let cell = min(vec3<i32>(begin) + vec3<i32>(far), vec3<i32>(last));
         total += weights.x * weights.y * weights.z * at_center(cell);
     }
-    return select(total, stored_d, in_brick) + beside;
+    return total + beside;
 }
 
 fn light_lift(length: f32) -> f32 {

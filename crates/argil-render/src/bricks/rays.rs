@@ -2,7 +2,7 @@
 
 use super::cones::ConeDistances;
 use argil_abi::GpuMaterial;
-use argil_volume::{BrickSampler, Bricks, SampleFormat};
+use argil_volume::{BrickSampler, Bricks, LevelLanes, LevelSampler, SampleFormat};
 use glam::Vec3;
 use multiversion::multiversion;
 
@@ -31,10 +31,15 @@ impl<'a> BrickRays<'a> {
     }
 
     /// Estimates the signed distances at points in the scene's space.
-    pub(super) fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+    pub(super) fn estimates(
+        &self,
+        points: [&[f32]; 3],
+        light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+        out: &mut [f32],
+    ) {
         match self {
-            Self::Eight(sampler, _) => estimates_i8(sampler, points, out),
-            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, out),
+            Self::Eight(sampler, _) => estimates_i8(sampler, points, light, out),
+            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, light, out),
         }
     }
 
@@ -98,11 +103,21 @@ fn clearances_i16(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn estimates_i8(sampler: &BrickSampler<'_, i8>, points: [&[f32]; 3], out: &mut [f32]) {
-    sampler.estimates(points, out);
+fn estimates_i8(
+    sampler: &BrickSampler<'_, i8>,
+    points: [&[f32]; 3],
+    light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+    out: &mut [f32],
+) {
+    sampler.estimates(points, light, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn estimates_i16(sampler: &BrickSampler<'_, i16>, points: [&[f32]; 3], out: &mut [f32]) {
-    sampler.estimates(points, out);
+fn estimates_i16(
+    sampler: &BrickSampler<'_, i16>,
+    points: [&[f32]; 3],
+    light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+    out: &mut [f32],
+) {
+    sampler.estimates(points, light, out);
 }

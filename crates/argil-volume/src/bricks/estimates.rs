@@ -8,7 +8,7 @@
 use super::BLOCK_SIDE;
 use super::cell::{center_of, is_brick};
 use crate::bricks::sampler::low;
-use crate::{BrickSampler, CellLocations, Texel, VoxelSamples};
+use crate::{BrickSampler, CellLocations, LevelLanes, LevelSampler, Texel, VoxelSamples};
 use argil_field::LANES;
 use glam::IVec3;
 
@@ -19,7 +19,12 @@ impl<T: Texel> BrickSampler<'_, T> {
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
     #[inline(always)]
-    pub fn estimates(&self, points: [&[f32]; 3], out: &mut [f32]) {
+    pub fn estimates<L: Texel>(
+        &self,
+        points: [&[f32]; 3],
+        light: Option<(&LevelSampler<'_, L>, &mut LevelLanes)>,
+        out: &mut [f32],
+    ) {
         let n = out.len();
         assert!(n <= LANES && points.iter().all(|p| p.len() == n));
         let voxel_grid = &self.layout.voxel_grid;
@@ -40,12 +45,46 @@ impl<T: Texel> BrickSampler<'_, T> {
         self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
         self.voxel_samples(&at, n, &mut corners);
         for i in 0..n {
-            let d = if is_brick(at.word[i]) {
-                corners.value::<T>(i) * self.quantum
-            } else {
-                self.between_centers([u[0][i], u[1][i], u[2][i]])
-            };
-            out[i] = d + beside[i].sqrt() * voxel_grid.voxel_size;
+            out[i] = corners.value::<T>(i) * self.quantum;
+        }
+        match light {
+            None => {
+                for i in 0..n {
+                    if !is_brick(at.word[i]) {
+                        out[i] = self.between_centers([u[0][i], u[1][i], u[2][i]]);
+                    }
+                }
+            }
+            Some((light, lanes)) => {
+                let mut which = [0usize; LANES];
+                let mut p = [[0.0f32; LANES]; 3];
+                let mut count = 0;
+                for i in 0..n {
+                    if !is_brick(at.word[i]) {
+                        which[count] = i;
+                        for axis in 0..3 {
+                            let held = voxel_grid.corner[axis] + u[axis][i] * voxel_grid.voxel_size;
+                            p[axis][count] = light.position(axis, held);
+                        }
+                        count += 1;
+                    }
+                }
+                if count > 0 {
+                    let p = [&p[0][..count], &p[1][..count], &p[2][..count]];
+                    light.locate_bricks(p, &[0; LANES][..count], lanes);
+                    light.voxel_samples(&lanes.at, count, &mut corners);
+                    for k in 0..count {
+                        out[which[k]] = if is_brick(lanes.at.word[k]) {
+                            corners.value::<L>(k) * light.quantum() * lanes.voxel[k]
+                        } else {
+                            light.center_distance(lanes, k)
+                        };
+                    }
+                }
+            }
+        }
+        for i in 0..n {
+            out[i] += beside[i].sqrt() * voxel_grid.voxel_size;
         }
     }
 

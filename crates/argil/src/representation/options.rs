@@ -7,7 +7,7 @@ use argil_field::Program;
 use argil_gpu::{GpuProgram, GpuVolume};
 use argil_render::RenderMode;
 use argil_scene::Scene;
-use argil_volume::{Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
+use argil_volume::{BrickLayout, Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
 
 /// What a representation is built from, and on which device.
 pub(crate) struct BuildContext<'a> {
@@ -114,6 +114,15 @@ pub(crate) enum Storage {
 }
 
 impl Storage {
+    /// Returns the layout of sparse bricks, if the storage is a volume of these.
+    pub(crate) fn brick_layout(&self) -> Option<BrickLayout> {
+        match self {
+            Self::Cpu(Volume::Bricks(bricks)) => Some(*bricks.layout()),
+            Self::Gpu(volume) => volume.brick_layout(),
+            _ => None,
+        }
+    }
+
     /// Returns the voxel grid that the storage has or came from.
     pub(crate) fn voxel_grid(&self) -> Option<VoxelGrid> {
         match self {

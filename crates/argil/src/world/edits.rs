@@ -71,6 +71,9 @@ impl World {
             match followed? {
                 UpdateResult::InPlace(applied) => {
                     self.forget_program();
+                    if let Some(layout) = self.storage.brick_layout() {
+                        self.light.note_edit(self.edits.program(), &layout);
+                    }
                     self.scene = scene.snapshot();
                     let boxes = self.edits.take_finished_boxes();
                     self.observers.notify(&boxes);
@@ -98,6 +101,7 @@ impl World {
         let site = self.site(scene, &program);
         let (kept, times) = self.representation.build(&site, voxel_grid).await?;
         (self.storage, self.build_timings) = (kept, times);
+        self.light.forget();
         self.view_bounds = view_bounds_of(scene, &program);
         self.scene = scene.snapshot();
         self.program = OnceLock::from(ProgramCache::from(program));

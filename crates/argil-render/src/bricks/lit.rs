@@ -1,0 +1,75 @@
+//! Bricks whose light reads the distances that they do not store from coarse levels.
+
+use super::rays::BrickRays;
+use super::trace_bricks;
+use crate::probe::FieldProbe;
+use crate::ray_batch::Points;
+use crate::source::{DistanceSource, RayTracer, RenderSource};
+use crate::tile::Tile;
+use crate::tile_buffers::TileScratch;
+use argil_abi::{FrameUniform, GpuMaterial, Hit};
+use argil_field::LANES;
+use argil_volume::{Bricks, LevelLanes, LevelSampler, Levels};
+use glam::Vec3;
+
+/// Sparse bricks, and the levels that light reads.
+#[derive(Clone, Copy, Debug)]
+pub struct LitBricks<'a> {
+    /// What rays march through.
+    pub bricks: &'a Bricks,
+    /// Coarse levels of the same scene.
+    pub light: &'a Levels,
+}
+
+struct LitRays<'a> {
+    rays: BrickRays<'a>,
+    light: LevelSampler<'a, i16>,
+}
+
+impl RenderSource for LitBricks<'_> {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+        Some(Box::new(LitRays {
+            rays: BrickRays::new(self.bricks)?,
+            light: LevelSampler::new(self.light, Vec3::ZERO)?,
+        }))
+    }
+}
+
+impl RayTracer for LitRays<'_> {
+    fn needs_field(&self, _: u32) -> bool {
+        false
+    }
+
+    fn trace(
+        &self,
+        frame: &FrameUniform,
+        tile: Tile,
+        probe: &mut FieldProbe<'_>,
+        scratch: &mut TileScratch,
+        out: &mut [Hit],
+    ) {
+        trace_bricks(frame, tile, &self.rays, probe, scratch, out);
+    }
+
+    fn distance_source(&self) -> Option<&dyn DistanceSource> {
+        Some(self)
+    }
+}
+
+impl DistanceSource for LitRays<'_> {
+    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial> {
+        self.rays.look(point, outward, palette)
+    }
+
+    fn measure(&self, points: &mut Points) {
+        let Points { x, y, z, d } = points;
+        d.resize(x.len(), 0.0);
+        let mut lanes = LevelLanes::at(self.light.any_page());
+        for first in (0..x.len()).step_by(LANES) {
+            let r = first..(first + LANES).min(x.len());
+            let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
+            self.rays
+                .estimates(p, Some((&self.light, &mut lanes)), &mut d[r]);
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! The levels from which the light of sparse bricks reads distances: baked for the first shaded image, and then kept up
+//! by edits.
+
+use argil_field::{IncrementalProgram, Program};
+use argil_volume::{BrickLayout, Levels, LightLevels};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The levels of a world, if a shaded image needed them.
+#[derive(Debug, Default)]
+pub(crate) struct Light {
+    state: Mutex<Option<LightLevels>>,
+}
+
+impl Light {
+    /// Returns the levels for bricks of a layout, after all edits. Returns `None` if they do not fit into memory: light
+    /// then reads what the bricks store.
+    pub(crate) fn levels(
+        &self,
+        program: &Program,
+        live: Option<&IncrementalProgram>,
+        bricks: &BrickLayout,
+    ) -> Option<Arc<Levels>> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (Some(light), Some(live)) = (&mut *state, live)
+            && light.update(live, program).is_err()
+        {
+            *state = None;
+        }
+        if state.is_none() {
+            *state = LightLevels::bake(program, bricks).ok();
+        }
+        state.as_ref().map(|light| light.levels().clone())
+    }
+
+    /// Notes the last update of a program.
+    pub(crate) fn note_edit(&mut self, live: Option<&IncrementalProgram>, bricks: &BrickLayout) {
+        let state = self.state.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let follows = match (&mut *state, live) {
+            (Some(light), Some(live)) => light.note_edit(live, bricks),
+            _ => false,
+        };
+        if !follows {
+            *state = None;
+        }
+    }
+
+    /// Forgets the levels.
+    pub(crate) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Returns the bytes of the levels.
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state
+            .as_ref()
+            .map_or(0, |light| light.levels().memory_bytes())
+    }
+}
