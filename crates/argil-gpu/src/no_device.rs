@@ -159,6 +159,19 @@ impl GpuVolume {
         match *self {}
     }
 
+    /// Returns the layout of sparse bricks.
+    pub fn brick_layout(&self) -> Option<BrickLayout> {
+        match *self {}
+    }
+
+    /// Sets the levels from which light reads distances.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn set_light(&self, _: &Gpu, _: &Arc<Levels>) -> Result<(), GpuError> {
+        match *self {}
+    }
+
     /// Builds a dense volume.
     ///
     /// # Errors

@@ -114,6 +114,7 @@ impl World {
             voxel_grid.as_ref(),
             self.view_bounds,
         );
+        let start = Instant::now();
         let light = self.light_for(settings.mode);
         if let Some(field) = &self.gpu {
             field.upload_instructions(|| self.program());
@@ -150,7 +151,6 @@ impl World {
             }
             _ => &argil_render::PrunedField,
         };
-        let start = Instant::now();
         let control = &self.engine.control;
         let picture =
             argil_render::render_with_control(self.program(), through, &frames, with_hits, control);
