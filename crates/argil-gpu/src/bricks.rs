@@ -105,7 +105,7 @@ impl VolumeTables for BrickTables {
             self.cells.memory_bytes() + self.materials.size() + self.accounting.counters.size();
         let making = self.making.as_ref().map_or(0, |making| making.size());
         let brick = u64::from(self.layout.brick_samples()) * body.texel_bytes();
-        bricks * brick + tables + making + self.light.memory_bytes()
+        bricks * brick + tables + making
     }
 
     fn info<'a>(&'a self, mut info: VolumeInfo, gpu: &'a Gpu) -> Work<'a, VolumeInfo> {
@@ -152,6 +152,10 @@ impl VolumeTables for BrickTables {
 
     fn brick_layout(&self) -> Option<BrickLayout> {
         Some(self.layout)
+    }
+
+    fn light_memory_bytes(&self) -> u64 {
+        self.light.memory_bytes()
     }
 
     fn set_light(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {

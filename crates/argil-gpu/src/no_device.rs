@@ -164,6 +164,11 @@ impl GpuVolume {
         match *self {}
     }
 
+    /// Returns the bytes of the levels that light reads.
+    pub fn light_memory_bytes(&self) -> u64 {
+        match *self {}
+    }
+
     /// Sets the levels from which light reads distances.
     ///
     /// # Errors

@@ -106,6 +106,11 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         None
     }
 
+    /// Returns the bytes of the levels from which light reads distances.
+    fn light_memory_bytes(&self) -> u64 {
+        0
+    }
+
     /// Uploads the levels from which light reads distances that are not stored.
     fn set_light(&self, _gpu: &Gpu, _levels: &Arc<Levels>) -> Result<(), GpuError> {
         Ok(())
@@ -266,6 +271,11 @@ impl GpuVolume {
     /// Returns the layout of sparse bricks, or `None` for another kind.
     pub fn brick_layout(&self) -> Option<BrickLayout> {
         self.kind.brick_layout()
+    }
+
+    /// Returns the bytes of the levels that light reads, which [`GpuVolume::memory_bytes`] does not count.
+    pub fn light_memory_bytes(&self) -> u64 {
+        self.kind.light_memory_bytes()
     }
 
     /// Sets the levels from which light reads distances that bricks do not store: see

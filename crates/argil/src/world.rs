@@ -292,13 +292,23 @@ impl World {
                 let on_gpu = self.gpu.as_ref().map_or(0, GpuProgram::memory_bytes);
                 self.program().memory_bytes() as u64 + on_gpu
             }
-            Storage::Cpu(volume) => volume.memory_bytes() + self.light.memory_bytes(),
-            Storage::Gpu(volume) => volume.memory_bytes() + self.light.memory_bytes(),
+            Storage::Cpu(volume) => volume.memory_bytes(),
+            Storage::Gpu(volume) => volume.memory_bytes(),
             Storage::Mesh(drawable) => match &drawable.mesh {
                 StoredTriangles::Gpu(mesh) => mesh.memory_bytes(),
                 StoredTriangles::Cpu(mesh) => mesh.memory_bytes(),
             },
         }
+    }
+
+    /// Returns the bytes of the coarse levels from which light through sparse bricks reads distances, on the CPU and on the
+    /// GPU. They are not part of [`World::memory_bytes`] and its budget. 0 before the first shaded image.
+    pub fn light_memory_bytes(&self) -> u64 {
+        let on_gpu = match &self.storage {
+            Storage::Gpu(volume) => volume.light_memory_bytes(),
+            _ => 0,
+        };
+        self.light.memory_bytes() + on_gpu
     }
 
     /// Replaces the [`Control`] that long work of this world reports to: rebuilds, meshes, and images on the CPU. A
