@@ -158,6 +158,7 @@ const PAGE_VOXELS_LOG2: u32 = 4u;
 const RECORD_WORDS: u32 = 24u;
 const FEEDBACK_HEAD: u32 = 2u;
 const FEEDBACK_WORDS: u32 = 3u;
+const LIGHT_KNOWN: f32 = 0.9;
 const LIGHT_ROW: u32 = 1024u;
 const LIGHT_HEAD: u32 = 24u;
 const LIGHT_VOXELS: f32 = 2.0;

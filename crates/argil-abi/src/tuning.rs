@@ -81,6 +81,8 @@ numbers! { NUMBERS:
     FEEDBACK_HEAD: u32 = 2;
     /// Words of what rays used of a page: its cells and those that are missing, and the missing pages of its cells.
     FEEDBACK_WORDS: u32 = 3;
+    /// The part of the band up to which light takes a sample of a brick for a distance.
+    LIGHT_KNOWN: f32 = 0.9;
     /// Texels along a row of the texture of light's tables.
     LIGHT_ROW: u32 = 1024;
     /// The first words of light's tables: whether there are any, the coarsest level, the edge of a voxel of the finest, the

@@ -158,7 +158,7 @@ impl VolumeTables for BrickTables {
         self.light.memory_bytes()
     }
 
-    fn set_light(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {
+    fn set_light(&self, gpu: &Gpu, levels: Option<&Arc<Levels>>) -> Result<(), GpuError> {
         self.light.set(gpu, levels)
     }
 

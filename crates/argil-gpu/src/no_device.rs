@@ -173,7 +173,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// Never.
-    pub fn set_light(&self, _: &Gpu, _: &Arc<Levels>) -> Result<(), GpuError> {
+    pub fn set_light(&self, _: &Gpu, _: Option<&Arc<Levels>>) -> Result<(), GpuError> {
         match *self {}
     }
 

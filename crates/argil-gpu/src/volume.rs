@@ -112,7 +112,7 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
     }
 
     /// Uploads the levels from which light reads distances that are not stored.
-    fn set_light(&self, _gpu: &Gpu, _levels: &Arc<Levels>) -> Result<(), GpuError> {
+    fn set_light(&self, _gpu: &Gpu, _levels: Option<&Arc<Levels>>) -> Result<(), GpuError> {
         Ok(())
     }
 
@@ -283,7 +283,7 @@ impl GpuVolume {
     ///
     /// # Errors
     /// If they exceed the device's limits or memory.
-    pub fn set_light(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {
+    pub fn set_light(&self, gpu: &Gpu, levels: Option<&Arc<Levels>>) -> Result<(), GpuError> {
         self.kind.set_light(gpu, levels)
     }
 

@@ -19,13 +19,10 @@ pub(crate) mod voxel_intersect;
 
 use crate::brick_march::{MarchedBricks, NearRays, finish, march};
 use crate::probe::FieldProbe;
-use crate::ray_batch::{Points, RayBatch, RaySetup};
-use crate::source::{DistanceSource, RayTracer, RenderSource};
+use crate::ray_batch::{RayBatch, RaySetup};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
-use argil_abi::{FrameUniform, GpuMaterial, Hit};
-use argil_field::LANES;
-use argil_volume::Bricks;
+use argil_abi::{FrameUniform, Hit};
 use cones::CONE_SIDE;
 pub(crate) use cones::{ConeDistances, Cones};
 use glam::Vec3;
@@ -34,49 +31,6 @@ use rays::BrickRays;
 use std::ops::Range;
 use step::{StepOutcome, step_i8, step_i16};
 use voxel_intersect::{NearLanes, solve_i8, solve_i16};
-
-impl RenderSource for Bricks {
-    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
-        Some(Box::new(BrickRays::new(self)?))
-    }
-}
-
-impl RayTracer for BrickRays<'_> {
-    fn needs_field(&self, _: u32) -> bool {
-        false
-    }
-
-    fn trace(
-        &self,
-        frame: &FrameUniform,
-        tile: Tile,
-        probe: &mut FieldProbe<'_>,
-        scratch: &mut TileScratch,
-        out: &mut [Hit],
-    ) {
-        trace_bricks(frame, tile, self, probe, scratch, out);
-    }
-
-    fn distance_source(&self) -> Option<&dyn DistanceSource> {
-        Some(self)
-    }
-}
-
-impl DistanceSource for BrickRays<'_> {
-    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial> {
-        self.look(point, outward, palette)
-    }
-
-    fn measure(&self, points: &mut Points) {
-        let Points { x, y, z, d } = points;
-        d.resize(x.len(), 0.0);
-        for first in (0..x.len()).step_by(LANES) {
-            let r = first..(first + LANES).min(x.len());
-            let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
-            self.estimates(p, None, &mut d[r]);
-        }
-    }
-}
 
 /// Buffers that only this tracer needs.
 #[derive(Default)]

@@ -3,7 +3,7 @@
 
 use argil_field::{IncrementalProgram, Program};
 use argil_volume::{BrickLayout, Levels, LightLevels};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Maximum brushes. Coarse bricks among more of them each depend on thousands, and take longer than the bricks themselves:
 /// 16 s for the 100,000 blocks of the city.
@@ -27,16 +27,24 @@ impl Light {
         if program.brush_count() > MAX_BRUSHES {
             return None;
         }
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some(light), Some(live)) = (&mut *state, live)
+        // Not while the lock is held: baking waits for threads, and one of them may render another image of this world. It
+        // bakes for itself then.
+        let mut own = self.lock().take();
+        if let (Some(light), Some(live)) = (&mut own, live)
             && light.update(live, program).is_err()
         {
-            *state = None;
+            own = None;
         }
-        if state.is_none() {
-            *state = LightLevels::bake(program, bricks).ok();
+        if own.is_none() {
+            own = LightLevels::bake(program, bricks).ok();
         }
-        state.as_ref().map(|light| light.levels().clone())
+        let levels = own.as_ref().map(|light| light.levels().clone());
+        *self.lock() = own;
+        levels
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<LightLevels>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Notes the last update of a program.

@@ -119,9 +119,13 @@ impl World {
         if let Some(field) = &self.gpu {
             field.upload_instructions(|| self.program());
             let (picture, duration_ms) = match &self.storage {
+                Storage::Gpu(volume) if settings.mode != RenderMode::Shaded => {
+                    volume.render(field, &frames, with_hits).await?
+                }
                 Storage::Gpu(volume) => {
-                    if let Some(light) = &light {
-                        volume.set_light(field.gpu(), light)?;
+                    // What does not fit on the device is not read.
+                    if volume.set_light(field.gpu(), light.as_ref()).is_err() {
+                        volume.set_light(field.gpu(), None)?;
                     }
                     volume.render(field, &frames, with_hits).await?
                 }

@@ -1,7 +1,7 @@
 //! The levels of light on the device, as two textures: their tables, as words, and their bricks.
 //!
 //! *Practice.* Textures, because the tables of bricks and of the field already use all buffers that a shader may have. The
-//! CPU bakes the levels, and all of them are uploaded when they changed: a few MiB at most.
+//! CPU bakes the levels, and all of them are uploaded when they changed.
 
 use crate::bindings::{LIGHT_STORED, LIGHT_WORDS};
 use crate::levels::{LevelPool, packed};
@@ -10,7 +10,7 @@ use crate::trace_mode::BoundResource;
 use crate::{Gpu, GpuError};
 use argil_abi::{LIGHT_HEAD, LIGHT_ROW, RECORD_WORDS};
 use argil_volume::{BrickChanges, Levels, SampleFormat};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// The levels of light of sparse bricks.
 #[derive(Debug)]
@@ -20,8 +20,8 @@ pub(crate) struct GpuLight {
 
 #[derive(Debug)]
 struct LightTextures {
-    /// What was uploaded.
-    levels: Option<Arc<Levels>>,
+    /// What was uploaded. It is not held, so that edits can change it in place.
+    levels: Weak<Levels>,
     words: wgpu::TextureView,
     stored: wgpu::TextureView,
     bytes: u64,
@@ -30,6 +30,44 @@ struct LightTextures {
 impl GpuLight {
     /// Creates textures without levels.
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let state = Mutex::new(LightTextures::empty(gpu)?);
+        Ok(Self { state })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, LightTextures> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Uploads levels, unless they are those that the device has. Without levels, light reads what bricks store.
+    pub(super) fn set(&self, gpu: &Gpu, levels: Option<&Arc<Levels>>) -> Result<(), GpuError> {
+        let wanted = levels.map_or_else(Weak::new, Arc::downgrade);
+        let mut state = self.lock();
+        if !Weak::ptr_eq(&state.levels, &wanted) {
+            // The old ones go first.
+            *state = LightTextures::empty(gpu)?;
+            if let Some(levels) = levels {
+                *state = LightTextures::of(gpu, levels)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the bindings.
+    pub(super) fn bind(&self, bound: &mut Vec<BoundResource>) {
+        let state = self.lock();
+        bound.push(BoundResource::View(LIGHT_WORDS, state.words.clone()));
+        bound.push(BoundResource::View(LIGHT_STORED, state.stored.clone()));
+    }
+
+    /// Returns the bytes on the device.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.lock().bytes
+    }
+}
+
+impl LightTextures {
+    /// Creates textures without levels.
+    fn empty(gpu: &Gpu) -> Result<Self, GpuError> {
         let words = words_texture(gpu, &[0])?;
         let format = gpu.texels(SampleFormat::Snorm16).format();
         let stored = gpu.with_error_scope(|| {
@@ -45,25 +83,15 @@ impl GpuLight {
             })
         })?;
         Ok(Self {
-            state: Mutex::new(LightTextures {
-                levels: None,
-                words: view(&words),
-                stored: view(&stored),
-                bytes: 0,
-            }),
+            levels: Weak::new(),
+            words: view(&words),
+            stored: view(&stored),
+            bytes: 0,
         })
     }
 
-    /// Uploads levels, unless they are those that the device has.
-    pub(super) fn set(&self, gpu: &Gpu, levels: &Arc<Levels>) -> Result<(), GpuError> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if state
-            .levels
-            .as_ref()
-            .is_some_and(|own| Arc::ptr_eq(own, levels))
-        {
-            return Ok(());
-        }
+    /// Uploads levels.
+    fn of(gpu: &Gpu, levels: &Arc<Levels>) -> Result<Self, GpuError> {
         let (pool, stored) = LevelPool::new(gpu, levels)?;
         let all = BrickChanges {
             bricks: (0..levels.brick_count() as u32).collect(),
@@ -73,26 +101,12 @@ impl GpuLight {
         let tables = tables_of(levels, pool.size());
         let words = words_texture(gpu, &tables)?;
         let bricks: u64 = pool.size().map(u64::from).iter().product();
-        *state = LightTextures {
+        Ok(Self {
             bytes: 4 * tables.len() as u64 + bricks * levels.layout().level(0).brick_bytes(),
-            levels: Some(levels.clone()),
+            levels: Arc::downgrade(levels),
             words: view(&words),
             stored: view(&stored),
-        };
-        Ok(())
-    }
-
-    /// Adds the bindings.
-    pub(super) fn bind(&self, bound: &mut Vec<BoundResource>) {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        bound.push(BoundResource::View(LIGHT_WORDS, state.words.clone()));
-        bound.push(BoundResource::View(LIGHT_STORED, state.stored.clone()));
-    }
-
-    /// Returns the bytes on the device.
-    pub(super) fn memory_bytes(&self) -> u64 {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        state.bytes
+        })
     }
 }
 

@@ -16,10 +16,11 @@ fn light_distance(p: vec3<f32>) -> f32 {
     let at = locate(u);
     let in_brick = is_brick(at.word);
     let stored_d = brick_distance(filter_origin(select(0u, at.word, in_brick)), at.inner);
-    if in_brick {
+    let has_levels = has_light_levels();
+    if in_brick && (!has_levels || abs(stored_d) <= LIGHT_KNOWN * volume.band_width) {
         return stored_d + beside;
     }
-    if has_light_levels() {
+    if has_levels {
         return light_beyond(volume.corner + u * volume.voxel_size) + beside;
     }
     let low = vec3<f32>(low_cell());

@@ -21,16 +21,24 @@ pub struct LitBricks<'a> {
     pub light: &'a Levels,
 }
 
+/// Bricks and light, ready to be marched.
 struct LitRays<'a> {
     rays: BrickRays<'a>,
-    light: LevelSampler<'a, i16>,
+    light: Option<LevelSampler<'a, i16>>,
+}
+
+impl RenderSource for Bricks {
+    fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
+        let rays = BrickRays::new(self)?;
+        Some(Box::new(LitRays { rays, light: None }))
+    }
 }
 
 impl RenderSource for LitBricks<'_> {
     fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(LitRays {
             rays: BrickRays::new(self.bricks)?,
-            light: LevelSampler::new(self.light, Vec3::ZERO)?,
+            light: Some(LevelSampler::new(self.light, Vec3::ZERO)?),
         }))
     }
 }
@@ -64,12 +72,13 @@ impl DistanceSource for LitRays<'_> {
     fn measure(&self, points: &mut Points) {
         let Points { x, y, z, d } = points;
         d.resize(x.len(), 0.0);
-        let mut lanes = LevelLanes::at(self.light.any_page());
+        let first_page = self.light.as_ref().map_or(0, LevelSampler::any_page);
+        let mut lanes = LevelLanes::at(first_page);
         for first in (0..x.len()).step_by(LANES) {
             let r = first..(first + LANES).min(x.len());
             let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
-            self.rays
-                .estimates(p, Some((&self.light, &mut lanes)), &mut d[r]);
+            let light = self.light.as_ref().map(|light| (light, &mut lanes));
+            self.rays.estimates(p, light, &mut d[r]);
         }
     }
 }

@@ -12,9 +12,13 @@ use crate::{BrickSampler, CellLocations, LevelLanes, LevelSampler, Texel, VoxelS
 use argil_field::LANES;
 use glam::IVec3;
 
+/// The part of the band up to which an interpolated sample is a distance. Beyond it, some corner may be clamped.
+const KNOWN: f32 = argil_abi::LIGHT_KNOWN;
+
 impl<T: Texel> BrickSampler<'_, T> {
-    /// Estimates the signed distances at points in the scene's space: interpolated in bricks, and between cell
-    /// centers elsewhere. Beyond the box, the way to it is added. For light, not for steps.
+    /// Estimates the signed distances at points in the scene's space: interpolated in bricks, and elsewhere read from
+    /// coarse levels, or interpolated between cell centers. A sample at the end of the band is no distance. Beyond the
+    /// box, the way to it is added. For light, not for steps.
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
@@ -55,36 +59,58 @@ impl<T: Texel> BrickSampler<'_, T> {
                     }
                 }
             }
-            Some((light, lanes)) => {
+            Some(light) => {
+                let known = KNOWN * self.quantum * self.layout.encoding.format.max_code() as f32;
                 let mut which = [0usize; LANES];
-                let mut p = [[0.0f32; LANES]; 3];
                 let mut count = 0;
                 for i in 0..n {
-                    if !is_brick(at.word[i]) {
+                    if !is_brick(at.word[i]) || out[i].abs() > known {
                         which[count] = i;
-                        for axis in 0..3 {
-                            let held = voxel_grid.corner[axis] + u[axis][i] * voxel_grid.voxel_size;
-                            p[axis][count] = light.position(axis, held);
-                        }
                         count += 1;
                     }
                 }
-                if count > 0 {
-                    let p = [&p[0][..count], &p[1][..count], &p[2][..count]];
-                    light.locate_bricks(p, &[0; LANES][..count], lanes);
-                    light.voxel_samples(&lanes.at, count, &mut corners);
-                    for k in 0..count {
-                        out[which[k]] = if is_brick(lanes.at.word[k]) {
-                            corners.value::<L>(k) * light.quantum() * lanes.voxel[k]
-                        } else {
-                            light.center_distance(lanes, k)
-                        };
-                    }
-                }
+                self.read_light(light, &u, &which[..count], out);
             }
         }
         for i in 0..n {
             out[i] += beside[i].sqrt() * voxel_grid.voxel_size;
+        }
+    }
+
+    /// Reads some lanes' distances from levels. Positions are in voxels.
+    #[inline(always)]
+    fn read_light<L: Texel>(
+        &self,
+        (light, lanes): (&LevelSampler<'_, L>, &mut LevelLanes),
+        u: &[[f32; LANES]; 3],
+        which: &[usize],
+        out: &mut [f32],
+    ) {
+        let n = which.len();
+        if n == 0 {
+            return;
+        }
+        let voxel_grid = &self.layout.voxel_grid;
+        let mut p = [[0.0f32; LANES]; 3];
+        for axis in 0..3 {
+            for (p, &i) in p[axis].iter_mut().zip(which) {
+                let place = voxel_grid.corner[axis] + u[axis][i] * voxel_grid.voxel_size;
+                *p = light.position(axis, place);
+            }
+        }
+        light.locate_bricks(
+            [&p[0][..n], &p[1][..n], &p[2][..n]],
+            &[0; LANES][..n],
+            lanes,
+        );
+        let mut corners = VoxelSamples::default();
+        light.voxel_samples(&lanes.at, n, &mut corners);
+        for (k, &i) in which.iter().enumerate() {
+            out[i] = if is_brick(lanes.at.word[k]) {
+                corners.value::<L>(k) * light.quantum() * lanes.voxel[k]
+            } else {
+                light.center_distance(lanes, k)
+            };
         }
     }
 

@@ -68,6 +68,9 @@ impl World {
             if self.gpu.is_some() && self.edits.tables().is_some() {
                 self.forget_program();
             }
+            if followed.is_err() {
+                self.light.forget();
+            }
             match followed? {
                 UpdateResult::InPlace(applied) => {
                     self.forget_program();
