@@ -329,3 +329,39 @@ fn no_shape_is_nearer_than_its_box() {
         }
     }
 }
+
+/// Against the surface itself. A displaced sphere's distances are lower bounds, and away from it they fall short by no
+/// more than the displacement, however steep the noise is.
+#[test]
+fn displaced_distances_are_nearly_true_far_away() {
+    let (amplitude, octaves) = (0.1, 4);
+    let rough = Modifier::Displace {
+        amplitude,
+        frequency: 3.0,
+        seed: 5,
+        octaves,
+    };
+    let mut scene = Scene::new();
+    scene
+        .push(Brush::new(Shape::sphere(1.0)).with_modifier(rough))
+        .expect("valid");
+    let program = lower(&scene);
+    let most = amplitude * (2.0 - 0.5f32.powi(octaves as i32 - 1));
+    let mut numbers = CaseRng::new(7);
+    let mut far = 0;
+    for _ in 0..400 {
+        let p = numbers.point(4.0);
+        let (d, of_sphere) = (program.distance(p), p.length() - 1.0);
+        assert!(
+            (d - of_sphere).abs() <= most + 1e-4,
+            "{p}: {d} of {of_sphere}"
+        );
+        // No point of a ball of that radius is on the other side.
+        for _ in 0..20 {
+            let q = p + numbers.point(1.0).normalize_or_zero() * (0.99 * d.abs());
+            assert!(program.distance(q) * d >= 0.0, "{p} and {q}");
+        }
+        far += u32::from(of_sphere > 1.0);
+    }
+    assert!(far > 100, "{far}");
+}

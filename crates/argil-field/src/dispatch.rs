@@ -5,6 +5,7 @@ use crate::combine::{combine_smooth, matters};
 use crate::curves::{SIMD_BLOCK, SimdBlock};
 use crate::eval_brush::{BrushParams, brush, mapped};
 use crate::interpreter_state::{InterpreterState, words};
+use crate::relative_points::OCTAVES_WORD;
 use crate::scalar::{LANES, Real};
 use crate::{Program, curves, sampled, shapes};
 use argil_abi as abi;
@@ -173,8 +174,8 @@ pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
 }
 
 impl Program {
-    /// Returns the maximum loop iterations of one evaluation on a GPU: one per instruction, plus those of copies
-    /// and searches.
+    /// Returns the maximum loop iterations of one evaluation on a GPU: one per instruction, plus those of copies,
+    /// searches and octaves.
     pub fn max_iterations(&self) -> u64 {
         let mut total = 0u64;
         let mut copies = vec![1u64];
@@ -183,6 +184,9 @@ impl Program {
             let own = if instr.op < abi::OP_SHAPES_END {
                 let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;
                 loops(instr.op, self.params.get(words as usize..).unwrap_or(&[]))
+            } else if instr.op == abi::OP_DISPLACE {
+                let octaves = self.params.get(instr.params as usize + OCTAVES_WORD);
+                1 + octaves.map_or(0, |&octaves| octaves as u64)
             } else {
                 1
             };

@@ -105,9 +105,13 @@ pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
 
 /// Maps every lane of a point by a function.
 #[inline(always)]
-pub(crate) fn map_point<R: Real>(p: &mut [R::Lanes; 3], f: impl Fn([R; 3]) -> [R; 3]) {
+pub(crate) fn map_point<R: Real>(
+    p: &mut [R::Lanes; 3],
+    active: usize,
+    f: impl Fn([R; 3]) -> [R; 3],
+) {
     let [xs, ys, zs] = p;
-    for i in 0..LANES {
+    for i in 0..active.min(LANES) {
         let [x, y, z] = f([R::get(xs, i), R::get(ys, i), R::get(zs, i)]);
         R::set(xs, i, x);
         R::set(ys, i, y);

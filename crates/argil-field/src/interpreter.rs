@@ -111,7 +111,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
         }
     }
     if any_exiled {
-        for i in 0..LANES {
+        for i in lanes_of(r.active) {
             let d = if r.outside_world.0[i] > 0.0 {
                 R::constant(FAR)
             } else {
@@ -219,7 +219,7 @@ fn combine<R: Real>(
     if marks {
         mark_group::<R>(r, place, &saved, &j, flags);
     }
-    for i in 0..LANES {
+    for i in lanes_of(r.active) {
         let (a, b) = (R::get(&saved, i), R::get(&r.acc, i));
         let d = match flags & abi::COMBINE_MASK {
             abi::COMBINE_CHAMFER => combine_chamfer(a, b, &j),
@@ -254,12 +254,13 @@ fn next<R: Real>(
     begin: &abi::Instruction,
     materials: bool,
 ) -> bool {
+    let active = r.active;
     let (Some(done), Some(least)) = (r.loops.last_mut(), r.values.last_mut()) else {
         return false;
     };
     *done += 1;
     let done = *done;
-    for i in 0..LANES {
+    for i in lanes_of(active) {
         let (a, b) = (R::get(least, i), R::get(&r.acc, i));
         let nearer = b.value() < a.value();
         R::set(least, i, if nearer { b } else { a });
@@ -299,7 +300,7 @@ fn change_domain<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, 
 
 #[inline(always)]
 fn mirror<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
-    map_point::<R>(&mut r.point, |[x, y, z]| {
+    map_point::<R>(&mut r.point, r.active, |[x, y, z]| {
         let fold = |c: R, on: f32| if on > 0.0 { c.abs() } else { c };
         [fold(x, w[0]), fold(y, w[1]), fold(z, w[2])]
     });
@@ -307,7 +308,7 @@ fn mirror<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
 
 #[inline(always)]
 fn elongate<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
-    map_point::<R>(&mut r.point, |[x, y, z]| {
+    map_point::<R>(&mut r.point, r.active, |[x, y, z]| {
         let pull = |c: R, by: f32| c - c.clamp_to(-by, by);
         [pull(x, w[0]), pull(y, w[1]), pull(z, w[2])]
     });
@@ -321,7 +322,7 @@ fn warp<R: Real>(
     turn: impl Fn([R; 3], f32) -> [R; 3],
 ) {
     r.points.push(r.point.clone());
-    map_point::<R>(&mut r.point, |p| {
+    map_point::<R>(&mut r.point, r.active, |p| {
         let held = [
             p[0].clamp_to(w[0], w[3]),
             p[1].clamp_to(w[1], w[4]),
@@ -337,7 +338,7 @@ fn warp<R: Real>(
 #[inline(always)]
 fn unclamp_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; TWIST_WORDS]) {
     let [xs, ys, zs] = &r.point;
-    for i in 0..LANES {
+    for i in lanes_of(r.active) {
         let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
         let d = unclamp(R::get(&r.acc, i), p, w);
         R::set(&mut r.acc, i, d);
@@ -346,7 +347,7 @@ fn unclamp_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; TWIST_WORDS]) 
 
 #[inline(always)]
 fn round<R: Real>(r: &mut InterpreterState<R>, &[radius]: &[f32; 1]) {
-    for i in 0..LANES {
+    for i in lanes_of(r.active) {
         let d = R::get(&r.acc, i) - radius;
         R::set(&mut r.acc, i, d);
     }
@@ -354,7 +355,7 @@ fn round<R: Real>(r: &mut InterpreterState<R>, &[radius]: &[f32; 1]) {
 
 #[inline(always)]
 fn shell<R: Real>(r: &mut InterpreterState<R>, &[half_thickness]: &[f32; 1]) {
-    for i in 0..LANES {
+    for i in lanes_of(r.active) {
         let d = R::get(&r.acc, i).abs() - half_thickness;
         R::set(&mut r.acc, i, d);
     }
@@ -410,6 +411,7 @@ fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
 /// Places the points relative to a loop's copy `j`.
 #[inline(always)]
 fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: usize, j: u32) {
+    let active = r.active;
     let Some(saved) = r.points.last() else { return };
     let [xs, ys, zs] = saved;
     let [px, py, pz] = &mut r.point;
@@ -421,14 +423,14 @@ fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: 
             (j / nx.max(1) % ny.max(1)) as f32,
             (j / (nx * ny).max(1)) as f32,
         );
-        for i in 0..LANES {
+        for i in lanes_of(active) {
             R::set(px, i, repeat_axis(R::get(xs, i), jx, w, 0));
             R::set(py, i, repeat_axis(R::get(ys, i), jy, w, 1));
             R::set(pz, i, repeat_axis(R::get(zs, i), jz, w, 2));
         }
     } else {
         let w: &[f32; RADIAL_WORDS] = words(params, at);
-        for i in 0..LANES {
+        for i in lanes_of(active) {
             let (x, z) = radial(R::get(xs, i), R::get(zs, i), j as f32, w);
             R::set(px, i, x);
             R::set(pz, i, z);

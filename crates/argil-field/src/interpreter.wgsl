@@ -145,7 +145,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
             }
             case OP_ROUND: { acc -= params[w]; }
             case OP_SHELL: { acc = abs(acc) - params[w]; }
-            case OP_DISPLACE: { acc += value_noise(point * params[w + 1u], instr.operand) * params[w]; }
+            case OP_DISPLACE: { acc = displace(acc, point, instr.operand, w); }
             default: {}
         }
     }

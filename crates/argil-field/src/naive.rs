@@ -97,7 +97,10 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
                 part * f64::from(amplitude)
                     * noise(p * f64::from(frequency) / part, seed.wrapping_add(o))
             };
-            (inner(p) + (0..octaves).map(octave).sum::<f64>()) / f64::from(m.stretch(content()))
+            let (d, noise) = (inner(p), (0..octaves).map(octave).sum::<f64>());
+            let most = f64::from(amplitude) * (2.0 - 0.5f64.powi(octaves as i32 - 1));
+            let steep = (d + noise) / f64::from(m.stretch(content()));
+            steep.max(d - most).min(d + most)
         }
     }
 }

@@ -35,3 +35,19 @@ fn value_noise(p: vec3<f32>, seed: u32) -> f32 {
     let b = noise_along_y(c + vec3(0, 0, 1), fade.x, fade.y, seed);
     return a + (b - a) * fade.z;
 }
+
+// GPU version of displace_here.
+fn displace(d: f32, p: vec3<f32>, seed: u32, w: u32) -> f32 {
+    var noisy = d;
+    if abs(d) < params[w + 5u] {
+        var amplitude = params[w];
+        var frequency = params[w + 1u];
+        for (var octave = 0u; octave < u32(params[w + 2u]); octave++) {
+            noisy += value_noise(p * frequency, seed + octave) * amplitude;
+            amplitude *= 0.5;
+            frequency *= 2.0;
+        }
+    }
+    let smooth_d = d * params[w + 3u];
+    return min(max(noisy, smooth_d - params[w + 4u]), smooth_d + params[w + 4u]);
+}

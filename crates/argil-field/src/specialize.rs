@@ -113,11 +113,7 @@ fn write_instr(
         abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
         abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
         abi::OP_DISPLACE => {
-            writeln!(
-                out,
-                "    a{v} += value_noise(p{q} * params[{}u], {operand}u) * params[{w}u];",
-                w + 1
-            )?;
+            writeln!(out, "    a{v} = displace(a{v}, p{q}, {operand}u, {w}u);")?;
         }
         _ => {}
     }

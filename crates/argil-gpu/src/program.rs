@@ -164,6 +164,9 @@ impl GpuProgram {
         self.iterations = iterations.max(1);
         self.budget = u32::MAX;
         if self.gpu.info().kind == DeviceKind::Software {
+            // Every instruction executes the case with noise, whose loop over octaves takes a round.
+            let noise = self.opcodes.contains(argil_abi::OP_DISPLACE);
+            self.iterations *= if noise { 2 } else { 1 };
             let budget = SOFTWARE_ITERATIONS / (self.iterations + 1);
             self.budget = (budget as u32).max(1);
         }

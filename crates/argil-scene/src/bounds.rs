@@ -376,7 +376,10 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let axes = || (0..3).filter(|&axis| there[axis] > 1);
     let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
     let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
-    let takes_all = overlap && content.max_underestimate > 0.0 && all <= FEW_COPIES;
+    // Where a copy's distance may be much too short, the nearest copies may not have the shortest distances. Jumps of that
+    // size would keep every point from dropping the copies.
+    let is_loose = content.max_underestimate > 0.25 * content.aabb.half_diagonal();
+    let takes_all = (overlap && content.max_underestimate > 0.0 || is_loose) && all <= FEW_COPIES;
     std::array::from_fn(|axis| match there[axis] {
         0 | 1 => 1,
         there if takes_all => there,

@@ -175,17 +175,25 @@ impl Lowering<'_> {
                 seed,
                 octaves,
             } => {
-                frame.scale /= f64::from(modifier.stretch(content.aabb));
-                for octave in (0..octaves).rev() {
-                    let part = 0.5f64.powi(octave as i32);
-                    let amplitude = (f64::from(amplitude) * part * frame.scale) as f32;
-                    let words = [amplitude, (f64::from(frequency) / part) as f32];
-                    let operand = seed.wrapping_add(octave);
-                    closing.push(LoweringTask::Emit(Instruction {
-                        operand,
-                        ..self.with(abi::OP_DISPLACE, &words)
-                    }));
-                }
+                let stretch = f64::from(modifier.stretch(content.aabb));
+                let most =
+                    f64::from(amplitude) * frame.scale * (2.0 - 0.5f64.powi(octaves as i32 - 1));
+                frame.scale /= stretch;
+                // Where the distance less the most is longer than the divided one with the most noise.
+                let far =
+                    (most / stretch) * (1.0 + 1.0 / stretch) / (1.0 - 1.0 / stretch).max(1e-9);
+                let words = [
+                    f64::from(amplitude) * frame.scale,
+                    f64::from(frequency),
+                    f64::from(octaves),
+                    stretch,
+                    most,
+                    1.000_01 * far,
+                ];
+                closing.push(LoweringTask::Emit(Instruction {
+                    operand: seed,
+                    ..self.with(abi::OP_DISPLACE, &words.map(|word| word as f32))
+                }));
             }
             _ => {}
         }
