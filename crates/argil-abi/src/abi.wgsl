@@ -128,6 +128,7 @@ const PIECE_SAMPLES: u32 = 4u;
 const TUBE_SAMPLES: u32 = 8u;
 const TUBE_WORDS: u32 = 17u;
 const SHADOW_SHARPNESS: f32 = 14.0;
+const SHADOW_STEPS: u32 = 64u;
 const OCCLUSION_TAPS: u32 = 5u;
 const SUN_LIGHT = vec3<f32>(3.3, 3.05, 2.65);
 const ZENITH = vec3<f32>(0.3, 0.45, 0.72);
@@ -218,7 +219,7 @@ struct Hit {
     descents: u32,
     cells: u32,
     id: u32,
-    pad0: u32,
+    deferred: u32,
 }
 struct QueryPoint {
     point: vec4<f32>,

@@ -116,8 +116,8 @@ shared_struct! {
         /// An id that is shown as a color: 1 and the index of a sparse brick's word, or the Morton code of an
         /// octree's brick or of a node above bricks; else 0.
         id: u32,
-        /// Zero.
-        pad0: u32,
+        /// On the GPU, an entry in the list of pixels whose materials the field gives; else 0.
+        deferred: u32,
     }
 }
 

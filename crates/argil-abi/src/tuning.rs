@@ -17,6 +17,8 @@ numbers! { NUMBERS:
     TUBE_WORDS: u32 = 17;
     /// Reciprocal of the tangent of the penumbra's half angle.
     SHADOW_SHARPNESS: f32 = 14.0;
+    /// Maximum steps of a ray to the sun.
+    SHADOW_STEPS: u32 = 64;
     /// Distances along the normal that determine occlusion.
     OCCLUSION_TAPS: u32 = 5;
     /// The sun's light, linear RGB.

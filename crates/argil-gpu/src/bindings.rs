@@ -69,7 +69,7 @@ pub(crate) const LEVELS_WGSL: &str = "
 
 /// Blocks of pixels, for representations whose cones go first.
 pub(crate) const LIVE_WGSL: &str = "
-// For each block of pixels its cone, and a list of active blocks.
+// For each block of pixels its cone, and a list of active blocks; later, the number of pixels without a material.
 struct PixelBlock {
     begin: f32,
     steps: u32,
@@ -80,7 +80,7 @@ struct Live {
     groups_x: atomic<u32>,
     groups_y: u32,
     groups_z: u32,
-    spare: u32,
+    deferred: atomic<u32>,
     blocks: array<PixelBlock>,
 }
 @group(0) @binding(BIND_REQUESTS) var<storage, read_write> live: Live;

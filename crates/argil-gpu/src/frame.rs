@@ -394,7 +394,10 @@ impl FrameBuffers {
         if let Some(staging) = &self.hits_staging {
             gpu.take_staged(staging, |bytes| {
                 let each = bytes.chunks_exact(size_of::<Hit>());
-                hits.extend(each.map(bytemuck::pod_read_unaligned::<Hit>));
+                hits.extend(each.map(|bytes| Hit {
+                    deferred: 0,
+                    ..bytemuck::pod_read_unaligned::<Hit>(bytes)
+                }));
             })
             .await?;
         }

@@ -21,6 +21,8 @@ mod frame;
 #[cfg(feature = "device")]
 mod frame_extras;
 #[cfg(feature = "device")]
+mod frame_stages;
+#[cfg(feature = "device")]
 mod levels;
 #[cfg(feature = "device")]
 mod march_passes;

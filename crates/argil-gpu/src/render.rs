@@ -6,6 +6,9 @@ use crate::bindings::{
 };
 use crate::frame::{FrameBuffers, FramePasses};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
+use crate::frame_stages::{
+    ALL_MODES, CONE, DEFERRED, MARCH, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE, WITH_CONES, stages,
+};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
 use crate::trace_mode::{BoundResource, TraceMode};
@@ -23,15 +26,6 @@ const SOFTWARE_STEPS: u32 = 50_000;
 const MAX_CACHED: u64 = 1 << 24;
 /// Maximum workgroups along an axis on every device.
 const MAX_GROUPS: u32 = 65_535;
-
-/// Indices of the pipelines that every mode has, and of those for cones.
-const MARCH: usize = 0;
-const FINISH: usize = 1;
-const SHADOW: usize = 2;
-const SHADE: usize = 3;
-const SHOW: usize = 4;
-const CONE: usize = 5;
-const EXACT_NORMALS: usize = 6;
 
 static FIELD: TraceMode = TraceMode {
     name: "field",
@@ -124,12 +118,10 @@ impl RenderPasses {
         ]);
         binds.extend(way.binds);
         let layout = gpu.with_error_scope(|| layout(gpu, "Picture", &binds))?;
-        let entry_points = ["march", "resolve_hits", "shadow", "shade", "show"];
-        let all = pipelines(gpu, source.clone(), &layout, way.constants, entry_points)?;
+        let all = pipelines(gpu, source.clone(), &layout, way.constants, ALL_MODES)?;
         let mut all = Vec::from(all);
         if way.has_cones {
-            let entry_points = ["cone", "exact_normals"];
-            let own = pipelines(gpu, source, &layout, way.constants, entry_points)?;
+            let own = pipelines(gpu, source, &layout, way.constants, WITH_CONES)?;
             all.extend(own);
         }
         Ok(Self {
@@ -214,7 +206,7 @@ impl RenderPasses {
         } else {
             u32::MAX
         };
-        let stages = self.stages(key);
+        let stages = stages(self.way, key);
         let mut all = Recording::default();
         let mut work = 0;
         all.steps.push(FrameStep::Clear);
@@ -247,12 +239,18 @@ impl RenderPasses {
                     work += own * length;
                     let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
                     let groups = match stage.pipeline {
-                        CONE => {
+                        CONE | SUN_CONE => {
                             all.steps.push(FrameStep::EmptyBlocks);
                             // A cone's thread has as many pixels as another pass's workgroup.
                             Some(across(GROUP * GROUP))
                         }
-                        MARCH if self.way.has_cones => {
+                        SHADE_BLOCKS => {
+                            // The pass itself lists pixels anew.
+                            all.steps.push(FrameStep::TakeBlocks);
+                            all.steps.push(FrameStep::EmptyBlocks);
+                            None
+                        }
+                        MARCH | DEFERRED | SHADOW_BLOCKS if self.way.has_cones => {
                             all.steps.push(FrameStep::TakeBlocks);
                             None
                         }
@@ -280,75 +278,6 @@ impl RenderPasses {
         }
         all
     }
-
-    /// Returns the dispatches of one sample of one band. Marches are cut into as many steps as a thread may do at
-    /// once.
-    fn stages(&self, key: &FrameKey) -> Vec<Stage> {
-        let (way, budget) = (self.way, key.field.1);
-        let exact = |label, pipeline, steps: u32| {
-            let budget = budget.min(steps).max(1);
-            (0..steps)
-                .step_by(budget as usize)
-                .map(move |first_step| Stage {
-                    label,
-                    pipeline,
-                    first_step,
-                    step_count: budget.min(steps - first_step),
-                    is_exact: true,
-                })
-        };
-        // Evaluates nothing, so it is one dispatch.
-        let whole = |label, pipeline| Stage {
-            label,
-            pipeline,
-            first_step: 0,
-            step_count: key.max_steps,
-            is_exact: false,
-        };
-        let mut stages: Vec<Stage> = if way.is_exact {
-            exact("Trace::march", MARCH, key.max_steps).collect()
-        } else if way.has_cones {
-            vec![whole("Cones::march", CONE), whole("Bricks::march", MARCH)]
-        } else {
-            vec![whole("Trace::march", MARCH)]
-        };
-        // Bricks have their normals already.
-        if !way.has_cones || key.has_ground {
-            stages.extend(exact("Trace::finish", FINISH, 1));
-        }
-        if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
-            stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
-        }
-        if key.show == argil_abi::MODE_SHADED {
-            let steps = argil_render::SHADOW_STEPS;
-            stages.extend(exact("Shade::shadow", SHADOW, steps));
-            stages.extend(exact("Shade::light", SHADE, 1));
-        } else {
-            stages.extend(exact("Shade::show", SHOW, 1));
-        }
-        // If the field is not evaluated, its length does not count.
-        for stage in &mut stages {
-            let asks = match stage.pipeline {
-                MARCH | FINISH => way.is_exact,
-                EXACT_NORMALS => true,
-                SHADOW | SHADE => !way.has_cones,
-                _ => false,
-            };
-            stage.is_exact = asks;
-        }
-        stages
-    }
-}
-
-/// One dispatch.
-struct Stage {
-    label: &'static str,
-    /// Index of its pipeline.
-    pipeline: usize,
-    first_step: u32,
-    step_count: u32,
-    /// Whether it evaluates the field.
-    is_exact: bool,
 }
 
 #[cfg(test)]

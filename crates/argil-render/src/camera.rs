@@ -101,3 +101,16 @@ pub(crate) fn bounds_of(frame: &FrameUniform) -> Aabb {
     let [bx, by, bz] = frame.box_max;
     Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz))
 }
+
+/// Returns the direction through a position in the image, in pixels.
+pub(crate) fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
+    let u = x / frame.width as f32 * 2.0 - 1.0;
+    let v = 1.0 - y / frame.height as f32 * 2.0;
+    let axis = |k: usize| frame.forward[k] + frame.right[k] * u + frame.up[k] * v;
+    Vec3::new(axis(0), axis(1), axis(2)).normalize()
+}
+
+/// Returns how far the rays of a block of pixels are from its middle one at length 1, at most, and a little more.
+pub(crate) fn slope_of(frame: &FrameUniform, side: u32) -> f32 {
+    0.708 * side as f32 * frame.pixel_width
+}

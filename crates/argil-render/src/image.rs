@@ -1,4 +1,5 @@
 use crate::ray_stats::{RayCounts, RayStatistics};
+use crate::srgb::SRGB;
 use argil_abi::{FrameUniform, Hit, MODE_SHADED};
 
 /// A rendered frame.
@@ -31,15 +32,17 @@ impl RenderOutput {
 
 /// Converts accumulated colors to bytes.
 pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
-    let is_light = frame.mode == MODE_SHADED;
+    if frame.mode == MODE_SHADED {
+        SRGB.show(colors, rgb);
+        return;
+    }
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {
         if *color == [0.0; 4] {
             rgb.fill(0);
             continue;
         }
         for (byte, &c) in rgb.iter_mut().zip(color) {
-            let shown = if is_light { srgb_from_linear(c) } else { c };
-            *byte = (shown.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+            *byte = (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         }
     }
 }
@@ -47,13 +50,4 @@ pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
 /// Counts the pixels of which at least half of the samples hit a solid.
 pub(crate) fn covered(colors: &[[f32; 4]]) -> usize {
     colors.iter().filter(|c| c[3] >= 0.499).count()
-}
-
-/// Applies the sRGB transfer function (IEC 61966-2-1).
-fn srgb_from_linear(c: f32) -> f32 {
-    if c <= 0.003_130_8 {
-        c * 12.92
-    } else {
-        1.055 * c.powf(1.0 / 2.4) - 0.055
-    }
 }

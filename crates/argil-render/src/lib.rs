@@ -8,6 +8,8 @@ mod dense;
 mod false_colors;
 mod image;
 mod levels;
+mod light;
+mod live_image;
 mod octree;
 mod octree_trace;
 mod probe;
@@ -19,6 +21,9 @@ mod render;
 mod render_settings;
 mod shade;
 mod source;
+mod source_scratch;
+mod srgb;
+mod surfaces;
 mod tile;
 mod tile_buffers;
 mod trace;
@@ -26,12 +31,13 @@ mod trace;
 pub use bricks::LitBricks;
 pub use camera::Camera;
 pub use image::RenderOutput;
+pub use light::SHADOW_STEPS;
+pub use live_image::LiveImage;
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
 pub use ray_stats::{Percentiles, RayStatistics};
 pub use render::{render, render_with_control, render_with_hits};
 pub use render_settings::{LookupStart, NormalSource, RenderMode, RenderSettings, frame_uniforms};
-pub use shade::SHADOW_STEPS;
 pub use source::RenderSource;
 pub use trace::UnprunedField;
 
@@ -68,7 +74,10 @@ pub mod wgsl {
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light_levels.wgsl"),
         include_str!("bricks/light.wgsl"),
-        include_str!("bricks/cones.wgsl")
+        include_str!("bricks/deferred.wgsl"),
+        include_str!("bricks/cones.wgsl"),
+        include_str!("bricks/sun_cones.wgsl"),
+        include_str!("bricks/block_light.wgsl")
     );
     /// Marching through levels of detail.
     pub const LEVELS: &str = concat!(
@@ -83,7 +92,10 @@ pub mod wgsl {
         include_str!("bricks/motion.wgsl"),
         include_str!("levels/step.wgsl"),
         include_str!("levels/light.wgsl"),
-        include_str!("bricks/cones.wgsl")
+        include_str!("bricks/deferred.wgsl"),
+        include_str!("bricks/cones.wgsl"),
+        include_str!("bricks/sun_cones.wgsl"),
+        include_str!("bricks/block_light.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.
     pub const RASTER_DRAW: &str = include_str!("raster_draw.wgsl");

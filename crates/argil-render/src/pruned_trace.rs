@@ -12,7 +12,7 @@
 
 mod block;
 
-use crate::camera::bounds_of;
+use crate::camera::{bounds_of, slope_of, through};
 use crate::probe::FieldProbe;
 use crate::pruned_trace::block::{BLOCK, RAYS, RayBlock, RayLanes};
 use crate::source::{RayTracer, RenderSource};
@@ -101,19 +101,6 @@ fn trace_pruned(
     intersect_ground(frame, tile, out);
 }
 
-/// Returns the direction through a position in the image, in pixels.
-fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
-    let u = x / frame.width as f32 * 2.0 - 1.0;
-    let v = 1.0 - y / frame.height as f32 * 2.0;
-    let axis = |k: usize| frame.forward[k] + frame.right[k] * u + frame.up[k] * v;
-    Vec3::new(axis(0), axis(1), axis(2)).normalize()
-}
-
-/// Returns how far the rays of a block of pixels are from its middle one at length 1, at most, and a little more.
-fn slope_of(frame: &FrameUniform, side: u32) -> f32 {
-    0.708 * side as f32 * frame.pixel_width
-}
-
 impl Slabs {
     /// Loads the rays of a group that meet the box, with their ranges.
     fn load_rays(
@@ -128,14 +115,8 @@ impl Slabs {
         let across = GROUP / BLOCK;
         for (k, block) in (0u32..).zip(&mut self.blocks) {
             let (x, y) = (column + k % across * BLOCK, row + k / across * BLOCK);
-            block.count = 0;
-            let middle = 0.5 * BLOCK as f32;
-            block.axis = through(
-                frame,
-                (tile.first_x + x) as f32 + middle,
-                (tile.first_row + y) as f32 + middle,
-            );
-            block.slope = slope_of(frame, BLOCK);
+            let place = [tile.first_x + x, tile.first_row + y].map(|c| c as f32);
+            block.aim(frame, place);
             if x >= tile.width {
                 continue;
             }
@@ -151,10 +132,10 @@ impl Slabs {
                     }
                 }
                 if meet == row.len() {
-                    block.push_row(starts, row);
+                    block.push_row(starts, row, [0, py - y]);
                 } else if meet > 0 {
                     for i in row.filter(|&i| starts.near[i] <= starts.far[i]) {
-                        block.push_row(starts, i..i + 1);
+                        block.push_row(starts, i..i + 1, [(i - from) as u32, py - y]);
                     }
                 }
             }

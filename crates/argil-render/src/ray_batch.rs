@@ -1,6 +1,7 @@
 //! Rays that march together, and points that are evaluated together.
 
 use crate::camera::bounds_of;
+use crate::source_scratch::SourceScratch;
 use crate::tile::Tile;
 use argil_abi::FrameUniform;
 use glam::Vec3;
@@ -187,12 +188,6 @@ impl RayBatch {
         self.retired = 0;
     }
 
-    /// Whether a place holds a ray.
-    #[inline]
-    pub(crate) fn is_active(&self, i: usize) -> bool {
-        self.end[i] != RETIRED
-    }
-
     pub(crate) fn len(&self) -> usize {
         self.pixel.len()
     }
@@ -205,6 +200,8 @@ pub struct Points {
     pub y: Vec<f32>,
     pub z: Vec<f32>,
     pub d: Vec<f32>,
+    /// Buffers of what measures them.
+    pub(crate) own: SourceScratch,
 }
 
 impl Points {
@@ -212,6 +209,12 @@ impl Points {
         self.x.clear();
         self.y.clear();
         self.z.clear();
+    }
+
+    pub fn resize(&mut self, n: usize) {
+        for lanes in [&mut self.x, &mut self.y, &mut self.z] {
+            lanes.resize(n, 0.0);
+        }
     }
 
     #[inline]

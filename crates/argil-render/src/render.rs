@@ -1,9 +1,10 @@
 use crate::image::{RenderOutput, covered, show};
+use crate::light::light_reach;
 use crate::probe::FieldProbe;
 use crate::ray_stats::RayCounts;
-use crate::shade::{light_reach, shade_tile};
-use crate::source::RenderSource;
-use crate::tile::{tile_rows, tiles};
+use crate::shade::shade_tile;
+use crate::source::{RayTracer, RenderSource};
+use crate::tile::{Tile, tile_rows, tiles};
 use crate::tile_buffers::{TilePicture, TileScratch};
 use argil_abi::{FrameUniform, Hit};
 use argil_field::{NearField, Program};
@@ -15,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 thread_local! {
     /// Kept as long as the thread: a frame allocates nothing but its image.
-    static SCRATCH: RefCell<(TileScratch, TilePicture)> = RefCell::default();
+    pub(crate) static SCRATCH: RefCell<(TileScratch, TilePicture)> = RefCell::default();
 }
 
 /// Renders on the CPU, on rayon's current threads. [`frame_uniforms`](crate::frame_uniforms) makes `frames`, one
@@ -75,6 +76,7 @@ fn draw(
     let all: Vec<_> = tiles(width, height).collect();
     hit_rows.resize_with(all.len(), Vec::new);
     control.begin("picture", all.len() as u64);
+    let rays = rays.as_deref();
     all.par_iter()
         .zip(tile_rows(&mut rgb, width, 3))
         .zip(hit_rows)
@@ -85,25 +87,7 @@ fn draw(
                     return;
                 }
                 SCRATCH.with_borrow_mut(|(scratch, own)| {
-                    own.colors.clear();
-                    own.colors.resize(tile.area(), [0.0; 4]);
-                    own.hits.resize(tile.area(), Hit::default());
-                    for (i, frame) in frames.iter().enumerate() {
-                        if let Some(rays) = &rays {
-                            rays.trace(frame, tile, probe, scratch, &mut own.hits);
-                        }
-                        if i == 0 {
-                            own.counts.add(&own.hits);
-                            let rows = own.hits.chunks(tile.width as usize);
-                            for (to, from) in hit_rows.iter_mut().zip(rows) {
-                                to.copy_from_slice(from);
-                            }
-                        }
-                        let air = rays.as_ref().and_then(|rays| rays.distance_source());
-                        shade_tile(frame, tile, probe, air, scratch, &own.hits, &mut own.colors);
-                    }
-                    own.rgb.resize(3 * tile.area(), 0);
-                    show(first, &own.colors, &mut own.rgb);
+                    draw_tile(rays, frames, tile, probe, scratch, own, &mut hit_rows);
                     let rows = own.rgb.chunks(3 * tile.width as usize);
                     for (to, from) in rgb_rows.into_iter().zip(rows) {
                         to.copy_from_slice(from);
@@ -128,6 +112,46 @@ fn draw(
         hit_pixels: hit_pixels.into_inner(),
     }
 }
+
+/// Draws a tile into a thread's own picture, and the hits of the first samples into their rows, if there are any.
+pub(crate) fn draw_tile(
+    rays: Option<&dyn RayTracer>,
+    frames: &[FrameUniform],
+    tile: Tile,
+    probe: &mut FieldProbe<'_>,
+    scratch: &mut TileScratch,
+    own: &mut TilePicture,
+    hit_rows: &mut [&mut [Hit]],
+) {
+    own.colors.clear();
+    own.colors.resize(tile.area(), [0.0; 4]);
+    let air = rays.and_then(RayTracer::distance_source);
+    for (i, frames) in frames.chunks(LIT_TOGETHER).enumerate() {
+        own.hits.resize_with(frames.len(), Vec::new);
+        for (frame, hits) in frames.iter().zip(&mut own.hits) {
+            hits.resize(tile.area(), Hit::default());
+            if let Some(rays) = rays {
+                rays.trace(frame, tile, probe, scratch, hits);
+            }
+        }
+        if i == 0 {
+            own.counts.add(&own.hits[0]);
+            let rows = own.hits[0].chunks(tile.width as usize);
+            for (to, from) in hit_rows.iter_mut().zip(rows) {
+                to.copy_from_slice(from);
+            }
+        }
+        let colors = &mut own.colors;
+        shade_tile(frames, tile, probe, air, scratch, &own.hits, colors);
+    }
+    own.rgb.resize(3 * tile.area(), 0);
+    if let Some(first) = frames.first() {
+        show(first, &own.colors, &mut own.rgb);
+    }
+}
+
+/// Samples of a pixel that are lit together.
+pub(crate) const LIT_TOGETHER: usize = 4;
 
 /// A program of this many operands uses the program near each point.
 const MANY: usize = 1024;

@@ -40,30 +40,36 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let hit = hits[at];
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
-    let epsilon = frame.epsilon;
     let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * light_lift(hit.normal_t.w), frame.sun);
     let span = box_span(ray);
-    var share = hit.sun_share;
-    var t = hit.sun_t;
+    var state = vec2(hit.sun_share, hit.sun_t);
     if frame.first_step == 0u {
         // The side away from the sun needs no ray, and a ray that misses the box hits nothing.
         let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
-        t = select(span.x, -1.0, dark);
+        state.y = select(span.x, -1.0, dark);
     }
-    for (var step = 0u; step < frame.step_count; step++) {
+    state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, frame.step_count);
+    hits[at].sun_share = state.x;
+    hits[at].sun_t = state.y;
+}
+
+// Marches a ray on from what it has seen and how far it has come, up to a length. That is negative once it is done.
+fn march_to_sun(origin: vec3<f32>, begin: vec2<f32>, end: f32, length: f32, step_count: u32) -> vec2<f32> {
+    var share = begin.x;
+    var t = begin.y;
+    for (var step = 0u; step < step_count; step++) {
         if t < 0.0 {
             break;
         }
-        let d = light_distance(ray.origin + ray.direction * t);
-        let own = clamp(SHADOW_SHARPNESS * d / max(t, epsilon), 0.0, 1.0);
+        let d = light_distance(origin + frame.sun * t);
+        let own = clamp(SHADOW_SHARPNESS * d / max(t, frame.epsilon), 0.0, 1.0);
         share = min(share, own);
-        t += max(d * frame.inv_lipschitz, light_step(hit.normal_t.w));
-        if own <= 0.005 || t >= span.y {
+        t += max(d * frame.inv_lipschitz, light_step(length));
+        if own <= 0.005 || t >= end {
             t = -1.0;
         }
     }
-    hits[at].sun_share = share;
-    hits[at].sun_t = t;
+    return vec2(share, t);
 }
 
 fn sky(direction: vec3<f32>) -> vec3<f32> {
@@ -160,25 +166,37 @@ fn heat(steps: u32) -> vec3<f32> {
     );
 }
 
-fn shaded(ray: Ray, hit: Hit) -> vec3<f32> {
+// Whether the volume has no material for the last surface.
+var<private> lacks_material: bool;
+
+fn ground_material() -> GpuMaterial {
+    return GpuMaterial(vec4(0.46, 0.45, 0.43, 0.9), vec4(0.0));
+}
+
+fn material_of(ray: Ray, hit: Hit) -> GpuMaterial {
+    lacks_material = false;
+    if hit.kind == HIT_GROUND || hit.kind == HIT_NONE {
+        return ground_material();
+    }
+    let n = hit.normal_t.xyz;
+    let p = ray.origin + ray.direction * hit.normal_t.w;
+    return surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
+}
+
+fn shaded(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> vec3<f32> {
     if hit.kind == HIT_NONE {
         return tone_map(sky(ray.direction));
     }
     let p = ray.origin + ray.direction * hit.normal_t.w;
     let n = hit.normal_t.xyz;
-    let is_solid = hit.kind != HIT_GROUND;
-    var material = GpuMaterial(vec4(0.46, 0.45, 0.43, 0.9), vec4(0.0));
-    if is_solid {
-        material = surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
-    }
     let reach = tap_height(frame.radius, OCCLUSION_TAPS - 1u);
     let low = frame.box_min - reach;
     let high = frame.box_max + reach;
     var open = 1.0;
-    if is_solid || (all(p >= low) && all(p <= high)) {
+    if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
         open = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
     }
-    return tone_map(shade_surface(ray, hit, material, hit.sun_share, open));
+    return tone_map(shade_surface(ray, hit, material, sunlit, open));
 }
 
 fn put(at: u32, kind: u32, color: vec3<f32>) {
@@ -186,16 +204,25 @@ fn put(at: u32, kind: u32, color: vec3<f32>) {
     colors[at] += vec4(color, covered) * frame.sample_weight;
 }
 
+fn shade_pixel(x: u32, y: u32, sunlit: f32) {
+    let at = y * frame.width + x;
+    let hit = hits[at];
+    let ray = primary_ray(x, y);
+    let material = material_of(ray, hit);
+    if lacks_material {
+        defer(at);
+        return;
+    }
+    put(at, hit.kind, shaded(ray, hit, material, sunlit));
+}
+
 // Shades hits with their materials.
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
-    if id.x >= frame.width || y >= frame.height {
-        return;
+    if id.x < frame.width && y < frame.height {
+        shade_pixel(id.x, y, hits[y * frame.width + id.x].sun_share);
     }
-    let at = y * frame.width + id.x;
-    let hit = hits[at];
-    put(at, hit.kind, shaded(primary_ray(id.x, y), hit));
 }
 
 // Shows the render modes without lighting.

@@ -2,6 +2,7 @@
 
 use crate::probe::FieldProbe;
 use crate::ray_batch::Points;
+use crate::surfaces::Surfaces;
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
@@ -44,17 +45,52 @@ pub trait DistanceSource: Sync {
     /// Returns the stored material at a point of the surface, given the outward direction.
     fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial>;
 
+    /// Looks up the materials of solid surfaces, whose indices `wanted` holds, and keeps there those without one.
+    fn materials(
+        &self,
+        surfaces: &Surfaces,
+        palette: &[GpuMaterial],
+        wanted: &mut Vec<u32>,
+        out: &mut [GpuMaterial],
+    ) {
+        wanted.retain(|&i| {
+            let i = i as usize;
+            let found = self.material(surfaces.point(i), surfaces.outward(i), palette);
+            found.map(|found| out[i] = found).is_none()
+        });
+    }
+
     /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);
 
-    /// Returns the shortest step of a shadow's ray, for a hit at a length of its ray.
-    fn min_step(&self, frame: &FrameUniform, _length: f32) -> f32 {
-        2.0 * frame.epsilon
+    /// Returns the shortest step of a shadow's ray.
+    fn min_step(&self, frame: &FrameUniform) -> ByLength {
+        ByLength::constant(2.0 * frame.epsilon)
     }
 
-    /// Returns how far above the surface the shadow of a hit at a length of its ray begins.
-    fn lift(&self, frame: &FrameUniform, _length: f32) -> f32 {
-        frame.light_offset
+    /// Returns how far above the surface a shadow begins.
+    fn lift(&self, frame: &FrameUniform) -> ByLength {
+        ByLength::constant(frame.light_offset)
+    }
+}
+
+/// A length in the scene's unit that grows with the length of a primary ray.
+#[derive(Clone, Copy, Debug)]
+pub struct ByLength {
+    /// The least.
+    pub least: f32,
+    /// The share of the ray's length, if that is more.
+    pub share: f32,
+}
+
+impl ByLength {
+    pub(crate) fn constant(least: f32) -> Self {
+        Self { least, share: 0.0 }
+    }
+
+    #[inline]
+    pub(crate) fn at(self, length: f32) -> f32 {
+        self.least.max(self.share * length)
     }
 }
 

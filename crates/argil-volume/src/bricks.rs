@@ -69,6 +69,7 @@ pub use cell_programs::CellPrograms;
 pub use changes::BrickChanges;
 pub use edit::EditStats;
 pub use edit_queue::{EditBatch, EditQueue};
+pub use estimates::EstimateLanes;
 pub use layout::{BLOCK_SIDE, BrickLayout, BrickSettings, BricksError};
 pub use pending::BrickPendingEdits;
 pub use plan::BlockPlan;

@@ -40,6 +40,7 @@ mod light_levels;
 mod lists;
 mod locate;
 mod page;
+mod page_starts;
 mod pending;
 mod requests;
 mod sampler;

@@ -18,9 +18,9 @@ mod voxel_grid;
 pub use bricks::{
     BLOCK_SIDE, BLOCK_WORDS, BlockPlan, BlockProgram, BlockTable, Brick, BrickCell, BrickChanges,
     BrickLayout, BrickPendingEdits, BrickSampler, BrickSettings, BrickTimings, Bricks, BricksError,
-    CellLocations, CellPrograms, EditBatch, EditQueue, EditStats, FAR_ENTRY, FAR_SLOTS,
-    MISSING_BRICK, NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word, far_words,
-    is_block_empty, is_brick,
+    CellLocations, CellPrograms, EditBatch, EditQueue, EditStats, EstimateLanes, FAR_ENTRY,
+    FAR_SLOTS, MISSING_BRICK, NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word,
+    far_words, is_block_empty, is_brick,
 };
 pub use dense::Dense;
 pub use encoding::{Band, Encoding, SampleFormat, Texel};

@@ -8,7 +8,8 @@ use crate::{
 };
 use crate::{EditBudget, EditReport};
 use argil_gpu::DeviceInfo;
-use argil_render::{Camera, RenderMode, RenderSettings};
+use argil_math::Aabb;
+use argil_render::{Camera, LiveImage, RenderMode, RenderSettings};
 use argil_scene::Scene;
 use argil_volume::{EditStats, FillStats};
 use argil_volume::{Volume, VolumeFile, VolumeInfo};
@@ -188,6 +189,44 @@ impl World {
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
         wait(self.render_async(camera, settings))
+    }
+
+    /// Draws an image that is kept, after edits. Only the parts that something in `dirty_box` can affect are drawn again:
+    /// see [`EditReport::dirty_box`](crate::EditReport). The first image, one of another view, and one of more than four
+    /// samples are drawn whole. Returns the number of pixels drawn.
+    ///
+    /// For worlds of sparse bricks on the CPU. The others draw the whole image.
+    ///
+    /// ```
+    /// use argil::{math::Aabb, prelude::*};
+    /// let mut scene = Scene::new();
+    /// scene.push(Shape::sphere(1.0))?;
+    /// let mut world = Engine::cpu().build(&scene)?.bricks(64)?;
+    /// let camera = world.camera();
+    /// let settings = world.render_settings([320, 240], RenderMode::Shaded);
+    /// let mut image = LiveImage::default();
+    /// world.redraw(&mut image, &camera, &settings, Aabb::ALL)?;
+    /// scene.push(Shape::sphere(0.1).at([0.6, 0.6, 0.6]))?;
+    /// let report = world.apply(&scene)?;
+    /// let pixels = world.redraw(&mut image, &camera, &settings, report.dirty_box)?;
+    /// assert!(pixels < 320 * 240 / 2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
+    pub fn redraw(
+        &self,
+        image: &mut LiveImage,
+        camera: &Camera,
+        settings: &RenderSettings,
+        dirty_box: Aabb,
+    ) -> Result<usize, RenderError> {
+        if self.gpu.is_some() {
+            let (picture, _) = wait(self.picture(camera, settings, false))?;
+            return Ok(image.replace(picture));
+        }
+        self.draw_again(image, camera, settings, dirty_box)
     }
 
     /// Asks for the bricks that a view will need, without baking them: [`World::fill_pages`] does. Call it with a camera

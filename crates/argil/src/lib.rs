@@ -71,7 +71,7 @@ pub mod prelude {
     };
     pub use argil_field::Grid;
     pub use argil_math::{Aabb, Control};
-    pub use argil_render::{Camera, RenderMode, RenderSettings};
+    pub use argil_render::{Camera, LiveImage, RenderMode, RenderSettings};
     pub use argil_scene::{
         Brush, CameraPath, CameraPose, Edit, Group, Journal, Keyframe, Material, Modifier, NodeId,
         NodeTree, Operator, OperatorKind, Path2, SampledGrid, Scene, Shape, View,

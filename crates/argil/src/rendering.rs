@@ -4,8 +4,10 @@ use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
 use crate::{RenderError, RenderedImage, Representation, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
+use argil_math::Aabb;
 use argil_render::{
-    Camera, LitBricks, RenderMode, RenderOutput, RenderSettings, RenderSource, frame_uniforms,
+    Camera, LitBricks, LiveImage, RenderMode, RenderOutput, RenderSettings, RenderSource,
+    frame_uniforms,
 };
 use argil_scene::CameraPose;
 use argil_volume::{Levels, Volume};
@@ -96,7 +98,57 @@ impl World {
         })?
     }
 
-    async fn picture(
+    /// Draws what an edit can have changed, on the CPU.
+    pub(crate) fn draw_again(
+        &self,
+        image: &mut LiveImage,
+        camera: &Camera,
+        settings: &RenderSettings,
+        dirty_box: Aabb,
+    ) -> Result<usize, RenderError> {
+        check(camera, settings)?;
+        if !self.representation.supports_mode(settings.mode) {
+            return Err(RenderError::NoBricks);
+        }
+        let grid = self.storage.voxel_grid();
+        let around = self.view_bounds;
+        let frames = frame_uniforms(settings, camera, self.program(), grid.as_ref(), around);
+        let light = self.light_for(settings.mode);
+        let dirty = match &self.storage {
+            // The box has the band around what moved. Only there, and around that for normals, the surface changed.
+            Storage::Cpu(Volume::Bricks(_)) if dirty_box.is_empty() => dirty_box,
+            Storage::Cpu(Volume::Bricks(bricks)) if dirty_box.is_finite() => {
+                let layout = bricks.layout();
+                let band = layout.encoding.band_width(&layout.voxel_grid, 0);
+                dirty_box.grown((2.0 * layout.voxel_grid.voxel_size - band).min(0.0))
+            }
+            _ => Aabb::ALL,
+        };
+        Ok(self.with_source(light.as_deref(), |through| {
+            image.draw(self.program(), through, &frames, dirty)
+        }))
+    }
+
+    /// Calls a function with what rays on the CPU march through.
+    fn with_source<T>(
+        &self,
+        light: Option<&Levels>,
+        then: impl FnOnce(&dyn RenderSource) -> T,
+    ) -> T {
+        match &self.storage {
+            Storage::Cpu(volume) => match (volume, light) {
+                (Volume::Bricks(bricks), Some(light)) => then(&LitBricks { bricks, light }),
+                _ => then(volume),
+            },
+            Storage::Mesh(MeshStorage {
+                mesh: StoredTriangles::Cpu(mesh),
+                ..
+            }) => then(&triangles(mesh)),
+            _ => then(&argil_render::PrunedField),
+        }
+    }
+
+    pub(crate) async fn picture(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
@@ -137,27 +189,10 @@ impl World {
             };
             return Ok((picture, duration_ms));
         }
-        let (drawn, lit);
-        let through: &dyn RenderSource = match &self.storage {
-            Storage::Cpu(volume) => match (volume, &light) {
-                (Volume::Bricks(bricks), Some(light)) => {
-                    lit = LitBricks { bricks, light };
-                    &lit
-                }
-                _ => volume,
-            },
-            Storage::Mesh(MeshStorage {
-                mesh: StoredTriangles::Cpu(mesh),
-                ..
-            }) => {
-                drawn = triangles(mesh);
-                &drawn
-            }
-            _ => &argil_render::PrunedField,
-        };
         let control = &self.engine.control;
-        let picture =
-            argil_render::render_with_control(self.program(), through, &frames, with_hits, control);
+        let picture = self.with_source(light.as_deref(), |through| {
+            argil_render::render_with_control(self.program(), through, &frames, with_hits, control)
+        });
         let picture = picture.ok_or(RenderError::Cancelled)?;
         Ok((picture, start.elapsed().as_secs_f64() * 1e3))
     }

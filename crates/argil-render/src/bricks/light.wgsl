@@ -53,12 +53,12 @@ fn material_place(nth: vec3<u32>) -> vec3<u32> {
     return (2u * nth * volume.brick_size_voxels + steps) / (2u * steps);
 }
 
-// GPU version of Bricks::material. The field provides what bricks do not store.
+// GPU version of Bricks::material. The field provides what bricks do not store, in a pass of its own.
 fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     let at = locate(in_voxels(p));
     if !is_brick(at.word) {
-        field_surface(p);
-        return field_material;
+        lacks_material = true;
+        return materials[0];
     }
     let own = brick_materials[brick_number(at.word)];
     if (own & BRICK_MIXED) == 0u {

@@ -5,11 +5,12 @@ use super::trace_bricks;
 use crate::probe::FieldProbe;
 use crate::ray_batch::Points;
 use crate::source::{DistanceSource, RayTracer, RenderSource};
+use crate::surfaces::Surfaces;
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use argil_abi::{FrameUniform, GpuMaterial, Hit};
 use argil_field::LANES;
-use argil_volume::{Bricks, LevelLanes, LevelSampler, Levels};
+use argil_volume::{Bricks, EstimateLanes, LevelSampler, Levels};
 use glam::Vec3;
 
 /// Sparse bricks, and the levels that light reads.
@@ -38,7 +39,7 @@ impl RenderSource for LitBricks<'_> {
     fn tracer<'a>(&'a self, _: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
         Some(Box::new(LitRays {
             rays: BrickRays::new(self.bricks)?,
-            light: Some(LevelSampler::new(self.light, Vec3::ZERO)?),
+            light: Some(LevelSampler::new(self.light, Vec3::ZERO)?.with_starts()),
         }))
     }
 }
@@ -69,16 +70,55 @@ impl DistanceSource for LitRays<'_> {
         self.rays.look(point, outward, palette)
     }
 
+    fn materials(
+        &self,
+        surfaces: &Surfaces,
+        palette: &[GpuMaterial],
+        wanted: &mut Vec<u32>,
+        out: &mut [GpuMaterial],
+    ) {
+        let mut kept = 0;
+        for first in (0..wanted.len()).step_by(LANES) {
+            let n = LANES.min(wanted.len() - first);
+            let (mut point, mut outward) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+            for (lane, &i) in wanted[first..first + n].iter().enumerate() {
+                let (p, n) = (surfaces.point(i as usize), surfaces.outward(i as usize));
+                for axis in 0..3 {
+                    (point[axis][lane], outward[axis][lane]) = (p[axis], n[axis]);
+                }
+            }
+            let mut materials = [GpuMaterial::default(); LANES];
+            let own = &mut materials[..n];
+            let found = self
+                .rays
+                .materials(firsts(&point, n), firsts(&outward, n), palette, own);
+            for lane in 0..n {
+                let i = wanted[first + lane];
+                if found[lane] {
+                    out[i as usize] = materials[lane];
+                } else {
+                    wanted[kept] = i;
+                    kept += 1;
+                }
+            }
+        }
+        wanted.truncate(kept);
+    }
+
     fn measure(&self, points: &mut Points) {
-        let Points { x, y, z, d } = points;
+        let Points { x, y, z, d, own } = points;
         d.resize(x.len(), 0.0);
-        let first_page = self.light.as_ref().map_or(0, LevelSampler::any_page);
-        let mut lanes = LevelLanes::at(first_page);
+        let lanes: &mut EstimateLanes = own.of();
         for first in (0..x.len()).step_by(LANES) {
             let r = first..(first + LANES).min(x.len());
             let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];
-            let light = self.light.as_ref().map(|light| (light, &mut lanes));
-            self.rays.estimates(p, light, &mut d[r]);
+            self.rays
+                .estimates(p, self.light.as_ref(), lanes, &mut d[r]);
         }
     }
+}
+
+/// Returns the first lanes of each axis.
+fn firsts(lanes: &[[f32; LANES]; 3], n: usize) -> [&[f32]; 3] {
+    lanes.each_ref().map(|own| &own[..n])
 }

@@ -2,7 +2,8 @@
 
 use super::cones::ConeDistances;
 use argil_abi::GpuMaterial;
-use argil_volume::{BrickSampler, Bricks, LevelLanes, LevelSampler, SampleFormat};
+use argil_field::LANES;
+use argil_volume::{BrickSampler, Bricks, EstimateLanes, LevelSampler, SampleFormat};
 use glam::Vec3;
 use multiversion::multiversion;
 
@@ -34,12 +35,13 @@ impl<'a> BrickRays<'a> {
     pub(super) fn estimates(
         &self,
         points: [&[f32]; 3],
-        light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+        light: Option<&LevelSampler<'_, i16>>,
+        lanes: &mut EstimateLanes,
         out: &mut [f32],
     ) {
         match self {
-            Self::Eight(sampler, _) => estimates_i8(sampler, points, light, out),
-            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, light, out),
+            Self::Eight(sampler, _) => estimates_i8(sampler, points, light, lanes, out),
+            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, light, lanes, out),
         }
     }
 
@@ -52,6 +54,20 @@ impl<'a> BrickRays<'a> {
     ) -> Option<GpuMaterial> {
         let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
         bricks.material(point, outward, palette)
+    }
+
+    /// Looks up the materials of points of surfaces, and returns which are in bricks.
+    pub(super) fn materials(
+        &self,
+        points: [&[f32]; 3],
+        outward: [&[f32]; 3],
+        palette: &[GpuMaterial],
+        out: &mut [GpuMaterial],
+    ) -> [bool; LANES] {
+        match self {
+            Self::Eight(sampler, _) => materials_i8(sampler, points, outward, palette, out),
+            Self::Sixteen(sampler, _) => materials_i16(sampler, points, outward, palette, out),
+        }
     }
 
     pub(super) fn voxel(&self) -> f32 {
@@ -103,21 +119,45 @@ fn clearances_i16(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn materials_i8(
+    sampler: &BrickSampler<'_, i8>,
+    points: [&[f32]; 3],
+    outward: [&[f32]; 3],
+    palette: &[GpuMaterial],
+    out: &mut [GpuMaterial],
+) -> [bool; LANES] {
+    sampler.materials(points, outward, palette, out)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn materials_i16(
+    sampler: &BrickSampler<'_, i16>,
+    points: [&[f32]; 3],
+    outward: [&[f32]; 3],
+    palette: &[GpuMaterial],
+    out: &mut [GpuMaterial],
+) -> [bool; LANES] {
+    sampler.materials(points, outward, palette, out)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn estimates_i8(
     sampler: &BrickSampler<'_, i8>,
     points: [&[f32]; 3],
-    light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+    light: Option<&LevelSampler<'_, i16>>,
+    lanes: &mut EstimateLanes,
     out: &mut [f32],
 ) {
-    sampler.estimates(points, light, out);
+    sampler.estimates(points, light, lanes, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn estimates_i16(
     sampler: &BrickSampler<'_, i16>,
     points: [&[f32]; 3],
-    light: Option<(&LevelSampler<'_, i16>, &mut LevelLanes)>,
+    light: Option<&LevelSampler<'_, i16>>,
+    lanes: &mut EstimateLanes,
     out: &mut [f32],
 ) {
-    sampler.estimates(points, light, out);
+    sampler.estimates(points, light, lanes, out);
 }

@@ -3,7 +3,7 @@
 use super::both_formats::of_both_formats;
 use super::rays::{FormatSampler, LevelRays, either};
 use crate::ray_batch::Points;
-use crate::source::DistanceSource;
+use crate::source::{ByLength, DistanceSource};
 use argil_abi::{FrameUniform, GpuMaterial};
 use argil_field::LANES;
 use argil_volume::{LevelLanes, LevelSampler, PageRequest, Texel, VoxelSamples, is_brick};
@@ -29,7 +29,7 @@ impl DistanceSource for LevelRays<'_> {
     }
 
     fn measure(&self, points: &mut Points) {
-        let Points { x, y, z, d } = points;
+        let Points { x, y, z, d, .. } = points;
         d.resize(x.len(), 0.0);
         let mut lanes = LevelLanes::at(either!(self, sampler => sampler.any_page()));
         let (mut used, mut asked) = ([0; LANES], Vec::new());
@@ -50,13 +50,18 @@ impl DistanceSource for LevelRays<'_> {
         }
     }
 
-    fn min_step(&self, frame: &FrameUniform, length: f32) -> f32 {
-        let voxel = LIGHT_VOXELS * self.size * length;
-        (2.0 * frame.epsilon).max(MIN_STEP_VOXELS * voxel)
+    fn min_step(&self, frame: &FrameUniform) -> ByLength {
+        ByLength {
+            least: 2.0 * frame.epsilon,
+            share: MIN_STEP_VOXELS * LIGHT_VOXELS * self.size,
+        }
     }
 
-    fn lift(&self, frame: &FrameUniform, length: f32) -> f32 {
-        frame.light_offset.max(LIFT_VOXELS * self.size * length)
+    fn lift(&self, frame: &FrameUniform) -> ByLength {
+        ByLength {
+            least: frame.light_offset,
+            share: LIFT_VOXELS * self.size,
+        }
     }
 }
 

@@ -40,12 +40,12 @@ fn light_step(length: f32) -> f32 {
     return max(2.0 * frame.epsilon, MIN_STEP_VOXELS * LIGHT_VOXELS * volume.pixel_error * frame.pixel_width * length);
 }
 
-// GPU version of LevelSampler::material. The field provides what bricks do not store.
+// GPU version of LevelSampler::material. The field provides what bricks do not store, in a pass of its own.
 fn surface_material(p: vec3<f32>, outward: vec3<f32>) -> GpuMaterial {
     let found = locate_brick(p, 1.0);
     if !is_brick(found.word) {
-        field_surface(p);
-        return field_material;
+        lacks_material = true;
+        return materials[0];
     }
     let own = cells[volume.materials_at + brick_number(found.word)];
     if (own & BRICK_MIXED) == 0u {

@@ -1,5 +1,6 @@
 //! A block of rays that march through slabs together.
 
+use crate::camera::{slope_of, through};
 use crate::tile::Tile;
 use argil_abi::{self as abi, FrameUniform, Hit, Instruction};
 use argil_field::{Evaluator, LANES};
@@ -16,6 +17,10 @@ pub(super) const RAYS: usize = (BLOCK * BLOCK) as usize;
 const RELAXATION: f32 = argil_abi::RELAXATION;
 /// Rays of a block that are skipped together if none advances.
 const STRETCH: usize = 64;
+/// Pixels along the side of a cone, cones of a block, and their maximum steps in a slab.
+const CONE_SIDE: u32 = 4;
+const CONES: usize = ((BLOCK / CONE_SIDE) * (BLOCK / CONE_SIDE)) as usize;
+const CONE_STEPS: u32 = 16;
 /// Six points around each hit.
 const DIFFERENCES: usize = 6;
 
@@ -62,9 +67,21 @@ pub(super) struct RayBlock {
     over: [f32; RAYS],
     last_gap: [f32; RAYS],
     last_way: [f32; RAYS],
+    /// The cone of each ray.
+    cone: [u8; RAYS],
+    cones: Cones,
     /// The middle of the block, and how far its rays are from there at length 1.
     pub(super) axis: Vec3,
     pub(super) slope: f32,
+}
+
+/// Cones around 4×4 rays, which advance as far as all of them can.
+#[derive(Default)]
+struct Cones {
+    axis: [Vec3; CONES],
+    /// How far rays are from the axis at length 1.
+    slope: f32,
+    t: [f32; CONES],
 }
 
 impl RayBlock {
@@ -80,13 +97,34 @@ impl RayBlock {
             over: [0.0; RAYS],
             last_gap: [0.0; RAYS],
             last_way: [0.0; RAYS],
+            cone: [0; RAYS],
+            cones: Cones::default(),
             axis: Vec3::ZERO,
             slope: 0.0,
         }
     }
 
-    /// Loads the rays of some pixels.
-    pub(super) fn push_row(&mut self, starts: &crate::ray_batch::RaySetup, row: Range<usize>) {
+    /// Sets the middle and the cones of the block whose first pixel has a position in the image.
+    pub(super) fn aim(&mut self, frame: &FrameUniform, [x, y]: [f32; 2]) {
+        let middle = 0.5 * BLOCK as f32;
+        self.count = 0;
+        self.axis = through(frame, x + middle, y + middle);
+        self.slope = slope_of(frame, BLOCK);
+        self.cones.slope = slope_of(frame, CONE_SIDE);
+        for (k, axis) in (0u32..).zip(&mut self.cones.axis) {
+            let place = |k: u32| (k as f32 + 0.5) * CONE_SIDE as f32;
+            let across = BLOCK / CONE_SIDE;
+            *axis = through(frame, x + place(k % across), y + place(k / across));
+        }
+    }
+
+    /// Loads the rays of some pixels, whose first has a position in the block.
+    pub(super) fn push_row(
+        &mut self,
+        starts: &crate::ray_batch::RaySetup,
+        row: Range<usize>,
+        [x, y]: [u32; 2],
+    ) {
         let to = self.count..self.count + row.len();
         for (lanes, from) in self.direction.iter_mut().zip(&starts.direction) {
             lanes[to.clone()].copy_from_slice(&from[row.clone()]);
@@ -99,6 +137,9 @@ impl RayBlock {
         self.last_way[to.clone()].fill(0.0);
         for (pixel, i) in self.pixel[to.clone()].iter_mut().zip(row) {
             *pixel = i as u32;
+        }
+        for (cone, x) in self.cone[to.clone()].iter_mut().zip(x..) {
+            *cone = (y / CONE_SIDE * (BLOCK / CONE_SIDE) + x / CONE_SIDE) as u8;
         }
         self.count = to.end;
     }
@@ -119,6 +160,7 @@ impl RayBlock {
     ) {
         let n = self.count;
         enter(self, begin);
+        self.march_cones(frame, end, list, evaluator);
         lanes.hits.clear();
         loop {
             let going = place(self, frame, end, lanes);
@@ -147,6 +189,70 @@ impl RayBlock {
         }
         if !lanes.hits.is_empty() {
             normals(frame, tile, &lanes.hits, list, evaluator, out);
+        }
+    }
+
+    /// Advances the rays of each cone as far as all of them can, from outside: if the axis is at length t, a free sphere
+    /// of radius D around it is free for its rays up to (t + D) / (1 + slope).
+    fn march_cones(
+        &mut self,
+        frame: &FrameUniform,
+        end: f32,
+        list: &[Instruction],
+        evaluator: &mut Evaluator<'_>,
+    ) {
+        let n = self.count;
+        let Cones { axis, slope, t } = &mut self.cones;
+        t.fill(f32::INFINITY);
+        for (&own, &cone) in self.t[..n].iter().zip(&self.cone) {
+            let t = &mut t[usize::from(cone)];
+            *t = t.min(own);
+        }
+        let (eye, first) = (Vec3::from(frame.eye), *t);
+        let mut under_way: [usize; CONES] = std::array::from_fn(|cone| cone);
+        let mut count = CONES;
+        for _ in 0..CONE_STEPS {
+            let mut kept = 0;
+            for k in 0..count {
+                if t[under_way[k]] < end {
+                    under_way[kept] = under_way[k];
+                    kept += 1;
+                }
+            }
+            count = kept;
+            if count == 0 {
+                break;
+            }
+            let (mut p, mut d) = ([[0.0; CONES]; 3], [0.0; CONES]);
+            for (k, &cone) in under_way[..count].iter().enumerate() {
+                let at = eye + axis[cone] * t[cone];
+                (p[0][k], p[1][k], p[2][k]) = (at.x, at.y, at.z);
+            }
+            let [x, y, z] = p.each_ref().map(|lanes| &lanes[..count]);
+            evaluator.distances_with(list, x, y, z, &mut d[..count]);
+            kept = 0;
+            for k in 0..count {
+                let cone = under_way[k];
+                let next = (t[cone] + d[k] * frame.inv_lipschitz) / (1.0 + *slope);
+                let gain = next - t[cone];
+                if gain > 0.0 {
+                    t[cone] = next.min(end);
+                }
+                if gain > 0.5 * *slope * next {
+                    under_way[kept] = cone;
+                    kept += 1;
+                }
+            }
+            count = kept;
+        }
+        for i in 0..n {
+            let cone = usize::from(self.cone[i]);
+            if t[cone] > first[cone] && self.t[i] < t[cone] && self.side[i] >= 0.0 {
+                // A ray that leaves the box on its way misses.
+                let misses = t[cone] > self.end[i];
+                self.t[i] = if misses { f32::INFINITY } else { t[cone] };
+                (self.side[i], self.last_way[i]) = (1.0, 0.0);
+            }
         }
     }
 

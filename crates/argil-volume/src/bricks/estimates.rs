@@ -15,6 +15,14 @@ use glam::IVec3;
 /// The part of the band up to which an interpolated sample is a distance. Beyond it, some corner may be clamped.
 const KNOWN: f32 = argil_abi::LIGHT_KNOWN;
 
+/// Buffers for [`BrickSampler::estimates`], kept from batch to batch. They hold nothing that lasts.
+#[derive(Debug, Default)]
+pub struct EstimateLanes {
+    at: CellLocations,
+    corners: VoxelSamples,
+    levels: LevelLanes,
+}
+
 impl<T: Texel> BrickSampler<'_, T> {
     /// Estimates the signed distances at points in the scene's space: interpolated in bricks, and elsewhere read from
     /// coarse levels, or interpolated between cell centers. A sample at the end of the band is no distance. Beyond the
@@ -26,7 +34,8 @@ impl<T: Texel> BrickSampler<'_, T> {
     pub fn estimates<L: Texel>(
         &self,
         points: [&[f32]; 3],
-        light: Option<(&LevelSampler<'_, L>, &mut LevelLanes)>,
+        light: Option<&LevelSampler<'_, L>>,
+        lanes: &mut EstimateLanes,
         out: &mut [f32],
     ) {
         let n = out.len();
@@ -45,9 +54,13 @@ impl<T: Texel> BrickSampler<'_, T> {
                 beside[i] += (own - held) * (own - held);
             }
         }
-        let (mut at, mut corners) = (CellLocations::default(), VoxelSamples::default());
-        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
-        self.voxel_samples(&at, n, &mut corners);
+        let EstimateLanes {
+            at,
+            corners,
+            levels,
+        } = lanes;
+        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], at);
+        self.voxel_samples(at, n, corners);
         for i in 0..n {
             out[i] = corners.value::<T>(i) * self.quantum;
         }
@@ -69,7 +82,7 @@ impl<T: Texel> BrickSampler<'_, T> {
                         count += 1;
                     }
                 }
-                self.read_light(light, &u, &which[..count], out);
+                self.read_light(light, (levels, corners), &u, &which[..count], out);
             }
         }
         for i in 0..n {
@@ -81,7 +94,8 @@ impl<T: Texel> BrickSampler<'_, T> {
     #[inline(always)]
     fn read_light<L: Texel>(
         &self,
-        (light, lanes): (&LevelSampler<'_, L>, &mut LevelLanes),
+        light: &LevelSampler<'_, L>,
+        (lanes, corners): (&mut LevelLanes, &mut VoxelSamples),
         u: &[[f32; LANES]; 3],
         which: &[usize],
         out: &mut [f32],
@@ -98,13 +112,13 @@ impl<T: Texel> BrickSampler<'_, T> {
                 *p = light.position(axis, place);
             }
         }
+        light.set_starts([&p[0][..n], &p[1][..n], &p[2][..n]], lanes);
         light.locate_bricks(
             [&p[0][..n], &p[1][..n], &p[2][..n]],
             &[0; LANES][..n],
             lanes,
         );
-        let mut corners = VoxelSamples::default();
-        light.voxel_samples(&lanes.at, n, &mut corners);
+        light.voxel_samples(&lanes.at, n, corners);
         for (k, &i) in which.iter().enumerate() {
             out[i] = if is_brick(lanes.at.word[k]) {
                 corners.value::<L>(k) * light.quantum() * lanes.voxel[k]

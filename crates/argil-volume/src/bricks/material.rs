@@ -6,9 +6,10 @@
 
 use super::Bricks;
 use super::store::{BrickStore, PLACES};
-use crate::SampleFormat;
+use crate::{BrickSampler, CellLocations, SampleFormat, Texel};
 use argil_abi::{BRICK_MIXED, GpuMaterial, MATERIAL_SIDE};
-use glam::{UVec3, Vec3};
+use argil_field::LANES;
+use glam::{Vec3, vec3};
 
 /// The weight of a point on another surface, relative to 1.
 const MIN_WEIGHT: f32 = argil_abi::MIN_WEIGHT;
@@ -33,19 +34,32 @@ pub(crate) fn packed(m: &GpuMaterial) -> [u32; 2] {
     ]
 }
 
-fn unpacked([a, b]: [u32; 2]) -> GpuMaterial {
-    let byte = |word: u32, at: u32| (word >> (8 * at) & 255) as f32 * (1.0 / 255.0);
-    let square = |at: u32| byte(a, at) * byte(a, at);
-    let light = |at: u32| byte(b, at) / (1.0 - byte(b, at)).max(1.0 / 512.0);
-    GpuMaterial {
-        base_roughness: [square(0), square(1), square(2), byte(a, 3)],
-        emission_metallic: [light(0), light(1), light(2), byte(b, 3)],
+/// Returns the base color, the roughness, the emission and the metalness of packed bytes. In plain loops, which the
+/// compiler turns into SIMD.
+#[inline(always)]
+fn unpacked([a, b]: [u32; 2]) -> [f32; 8] {
+    const BYTE: [u32; 8] = [0, 8, 16, 24, 0, 8, 16, 24];
+    let mut own = [0.0; 8];
+    for k in 0..8 {
+        let word = if k < 4 { a } else { b };
+        let share = (word >> BYTE[k] & 255) as f32 * (1.0 / 255.0);
+        let left = 1.0 - share;
+        let light = share
+            / if left > 1.0 / 512.0 {
+                left
+            } else {
+                1.0 / 512.0
+            };
+        let other = if k < 4 { share * share } else { light };
+        own[k] = if k % 4 == 3 { share } else { other };
     }
+    own
 }
 
 impl BrickStore {
     /// Returns the material at a position in a brick, in voxels: see [`Bricks::material`]. `range` is the band in
     /// voxels, and `side` the brick's side.
+    #[inline(always)]
     pub(crate) fn material_at(
         &self,
         brick: u32,
@@ -59,53 +73,126 @@ impl BrickStore {
         if material & BRICK_MIXED == 0 {
             return palette.get(material as usize).or(palette.first()).copied();
         }
-        let steps = (MATERIAL_SIDE - 1) as f32;
-        let place = (inner * (steps / side as f32)).clamp(Vec3::ZERO, Vec3::splat(steps));
-        let begin = place.floor().min(Vec3::splat(steps - 1.0));
-        let share = place - begin;
-        let begin = begin.as_uvec3();
         let block = (material & !BRICK_MIXED) as usize * PLACES;
-        let (mut total, mut sum) = (GpuMaterial::default(), 0.0);
-        for corner in 0..8u32 {
-            let far = glam::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-            let at = begin + far;
-            let index = at.x + MATERIAL_SIDE * (at.y + MATERIAL_SIDE * at.z);
-            let own = unpacked(*self.mixed.get(block + index as usize)?);
-            let of = |axis: usize| {
-                if far[axis] != 0 {
-                    share[axis]
-                } else {
-                    1.0 - share[axis]
-                }
-            };
-            let sample = UVec3::from_array(at.to_array().map(|nth| sample_of(nth, side)));
-            let d = self.stored(brick, sample, side) * range;
-            let from_plane = (sample.as_vec3() - inner).dot(outward);
-            let beside = (1.0 - (d - from_plane.clamp(-range, range)).abs()).max(0.0);
-            let weight = of(0) * of(1) * of(2) * (MIN_WEIGHT + beside * beside);
-            sum += weight;
-            for k in 0..4 {
-                total.base_roughness[k] += weight * own.base_roughness[k];
-                total.emission_metallic[k] += weight * own.emission_metallic[k];
+        let mixed = self.mixed.get(block..)?.first_chunk::<PLACES>()?;
+        let samples = (side as usize + 1).pow(3);
+        let own = brick as usize * samples..(brick as usize + 1) * samples;
+        let place = (inner, range, side);
+        match self.pool.bits() {
+            SampleFormat::Snorm8 => {
+                Some(mixture(&self.pool.of::<i8>()?[own], mixed, place, outward))
+            }
+            SampleFormat::Snorm16 => {
+                Some(mixture(&self.pool.of::<i16>()?[own], mixed, place, outward))
             }
         }
-        for k in 0..4 {
-            total.base_roughness[k] /= sum;
-            total.emission_metallic[k] /= sum;
-        }
-        Some(total)
     }
+}
 
-    /// Returns the stored value at a sample of a brick, where 1 is the whole band.
-    fn stored(&self, brick: u32, sample: UVec3, side: u32) -> f32 {
-        let side = side as usize + 1;
-        let [x, y, z] = sample.to_array().map(|c| c as usize);
-        let at = brick as usize * side.pow(3) + x + side * (y + side * z);
-        let integer = match self.pool.bits() {
-            SampleFormat::Snorm8 => self.pool.of::<i8>().map_or(0.0, |all| f32::from(all[at])),
-            SampleFormat::Snorm16 => self.pool.of::<i16>().map_or(0.0, |all| f32::from(all[at])),
-        };
-        integer / self.pool.bits().max_code() as f32
+/// Mixes the materials around a position in a brick of `side` voxels, given its samples and its band in voxels.
+#[inline(always)]
+fn mixture<T: Texel>(
+    samples: &[T],
+    mixed: &[[u32; 2]; PLACES],
+    (inner, range, side): (Vec3, f32, u32),
+    outward: Vec3,
+) -> GpuMaterial {
+    let steps = (MATERIAL_SIDE - 1) as f32;
+    let place = (inner * (steps / side as f32)).clamp(Vec3::ZERO, Vec3::splat(steps));
+    let begin = place.floor().min(Vec3::splat(steps - 1.0));
+    let share = place - begin;
+    let begin = begin.as_uvec3();
+    let first = (begin.x + MATERIAL_SIDE * (begin.y + MATERIAL_SIDE * begin.z)) as usize;
+    let corner = |x: usize, y: usize, z: usize| {
+        let side = MATERIAL_SIDE as usize;
+        mixed[(first + x + side * (y + side * z)).min(PLACES - 1)]
+    };
+    // Most places have one material around them.
+    let own = corner(0, 0, 0);
+    if (1..8).all(|at| corner(at & 1, at >> 1 & 1, at >> 2) == own) {
+        return material_of(unpacked(own));
+    }
+    let code = range / T::FORMAT.max_code() as f32;
+    // Along each axis, the two points' samples, how far these are from the position, and their weights.
+    let along = [0, 1, 2].map(|axis: usize| {
+        [(0, 1.0 - share[axis]), (1, share[axis])].map(|(far, weight)| {
+            let sample = sample_of(begin[axis] + far, side);
+            (sample as usize, sample as f32 - inner[axis], weight)
+        })
+    });
+    let (row, plane) = (side as usize + 1, (side as usize + 1).pow(2));
+    let (mut total, mut sum) = ([0.0f32; 8], 0.0);
+    for (z, along_z) in along[2].iter().enumerate() {
+        for (y, along_y) in along[1].iter().enumerate() {
+            for (x, along_x) in along[0].iter().enumerate() {
+                let own = unpacked(corner(x, y, z));
+                let at = along_x.0 + row * along_y.0 + plane * along_z.0;
+                let d = samples[at].code() * code;
+                let away = vec3(along_x.1, along_y.1, along_z.1).dot(outward);
+                let beside = (1.0 - (d - away.clamp(-range, range)).abs()).max(0.0);
+                let weight = along_x.2 * along_y.2 * along_z.2 * (MIN_WEIGHT + beside * beside);
+                sum += weight;
+                for (total, own) in total.iter_mut().zip(own) {
+                    *total += weight * own;
+                }
+            }
+        }
+    }
+    let scale = 1.0 / sum;
+    material_of(total.map(|own| own * scale))
+}
+
+#[inline(always)]
+fn material_of([r, g, b, roughness, er, eg, eb, metallic]: [f32; 8]) -> GpuMaterial {
+    GpuMaterial {
+        base_roughness: [r, g, b, roughness],
+        emission_metallic: [er, eg, eb, metallic],
+    }
+}
+
+impl<T: Texel> BrickSampler<'_, T> {
+    /// Looks up the materials of points on surfaces, given the outward directions: see [`Bricks::material`]. Returns
+    /// for each whether there is a brick, and leaves the others.
+    ///
+    /// # Panics
+    /// If there are more points than [`LANES`], or the slices differ in length.
+    #[inline(always)]
+    pub fn materials(
+        &self,
+        points: [&[f32]; 3],
+        outward: [&[f32]; 3],
+        palette: &[GpuMaterial],
+        out: &mut [GpuMaterial],
+    ) -> [bool; LANES] {
+        let n = out.len();
+        assert!(n <= LANES && points.iter().chain(&outward).all(|p| p.len() == n));
+        let voxel_grid = &self.layout.voxel_grid;
+        let mut u = [[0.0f32; LANES]; 3];
+        for (u, (from, corner)) in u
+            .iter_mut()
+            .zip(points.iter().zip(voxel_grid.corner.to_array()))
+        {
+            for (u, from) in u.iter_mut().zip(*from) {
+                *u = (from - corner) / voxel_grid.voxel_size;
+            }
+        }
+        let mut at = CellLocations::default();
+        self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
+        let range = self.layout.encoding.band_width(voxel_grid, 0) / voxel_grid.voxel_size;
+        let side = self.layout.brick_size_voxels;
+        let mut found = [false; LANES];
+        for (i, out) in out.iter_mut().enumerate() {
+            if !super::is_brick(at.word[i]) {
+                continue;
+            }
+            let inner = vec3(at.inner[0][i], at.inner[1][i], at.inner[2][i]);
+            let outward = vec3(outward[0][i], outward[1][i], outward[2][i]);
+            let store = &self.bricks.store;
+            if let Some(own) = store.material_at(at.word[i], inner, range, side, outward, palette) {
+                (*out, found[i]) = (own, true);
+            }
+        }
+        found
     }
 }
 
@@ -177,7 +264,7 @@ mod tests {
             base_roughness: [0.75, 0.02, 0.31, 0.4],
             emission_metallic: [0.0, 0.5, 4.0, 1.0],
         };
-        let found = unpacked(packed(&m));
+        let found = material_of(unpacked(packed(&m)));
         for k in 0..4 {
             assert!((found.base_roughness[k] - m.base_roughness[k]).abs() < 0.01);
             let e = m.emission_metallic[k];

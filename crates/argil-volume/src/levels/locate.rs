@@ -9,6 +9,7 @@
 )]
 
 use super::page::{NO_PAGE, PAGE_VOXELS_LOG2, Page, is_page};
+use super::page_starts::{ENTRIES, PageStarts};
 use super::requests::PageAim;
 use super::sampler::{LevelLanes, LevelSampler, NO_REQUEST};
 use crate::{MISSING_BRICK, Texel, is_brick};
@@ -264,9 +265,67 @@ impl<T: Texel> LevelSampler<'_, T> {
         roots[(at.x + size.x * (at.y + size.y * at.z)) as usize]
     }
 
+    /// Returns the finest page that contains a voxel of level 0, on a level or a coarser one.
+    pub(super) fn page_at(&self, voxel: [i32; 3], wanted: u32) -> u32 {
+        self.deepest(voxel, wanted, self.root_of(voxel))
+    }
+
     /// Returns any page, where a search can begin.
     pub fn any_page(&self) -> u32 {
         self.levels.roots().2[0]
+    }
+}
+
+impl<T: Texel> LevelSampler<'_, T> {
+    /// Prepares for points that have little to do with one another: their searches begin at the finest page of their
+    /// place, if there are few pages, and else near that.
+    pub fn with_starts(mut self) -> Self {
+        let [low, high] = [0, 1].map(|end| IVec3::from_array(self.held.map(|range| range[end])));
+        let mut edge_log2 = PAGE_VOXELS_LOG2;
+        let (first, size) = loop {
+            let (first, last) = (low >> edge_log2, high >> edge_log2);
+            let size = last - first + 1;
+            if size.as_vec3().element_product() <= ENTRIES as f32 {
+                break (first, size);
+            }
+            edge_log2 += 1;
+        };
+        let mut pages = Vec::new();
+        for z in 0..size.z {
+            for y in 0..size.y {
+                for x in 0..size.x {
+                    let voxel = (first + IVec3::new(x, y, z)) << edge_log2;
+                    let wanted = edge_log2 - PAGE_VOXELS_LOG2;
+                    pages.push(self.page_at(voxel.to_array(), wanted));
+                }
+            }
+        }
+        self.starts = Some(PageStarts {
+            pages,
+            edge_log2,
+            first: first.to_array(),
+            size: size.to_array(),
+        });
+        self
+    }
+
+    /// Sets the pages at which the searches of points begin: see [`LevelSampler::locate`].
+    #[inline(always)]
+    pub fn set_starts(&self, points: [&[f32]; 3], out: &mut LevelLanes) {
+        let Some(starts) = &self.starts else { return };
+        let n = points[0].len().min(LANES);
+        let mut at = [0i32; LANES];
+        for axis in (0..3).rev() {
+            let (eye, first, size) = (self.eye_voxel[axis], starts.first[axis], starts.size[axis]);
+            for i in 0..n {
+                let away = points[axis][i].clamp(-1e9, 1e9).floor() as i32;
+                let cube = (eye.wrapping_add(away) >> starts.edge_log2) - first;
+                at[i] = at[i] * size + cube.max(0).min(size - 1);
+            }
+        }
+        for i in 0..n {
+            out.page[i] = starts.pages[at[i] as usize];
+        }
     }
 }
 

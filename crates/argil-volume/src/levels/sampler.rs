@@ -1,6 +1,7 @@
 //! Reads levels at many points at once.
 
 use super::page::{Page, octant_place};
+use super::page_starts::PageStarts;
 use super::requests::{PageAim, PageRequest};
 use super::tree::Levels;
 use crate::MISSING_BRICK;
@@ -84,6 +85,8 @@ pub struct LevelSampler<'a, T> {
     steepness: f32,
     pub(super) root: u32,
     frame: u32,
+    /// Where searches begin, if that is known.
+    pub(super) starts: Option<PageStarts>,
 }
 
 impl<'a, T: Texel> LevelSampler<'a, T> {
@@ -117,6 +120,7 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
             steepness: 1.000_01 * levels.lipschitz(),
             root: levels.layout().root(),
             frame: levels.frame.load(Ordering::Relaxed),
+            starts: None,
         })
     }
 

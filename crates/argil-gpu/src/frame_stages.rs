@@ -1,0 +1,106 @@
+//! The dispatches of a sample of an image.
+
+use crate::recording::FrameKey;
+use crate::trace_mode::TraceMode;
+
+/// The entry points that every mode has, and indices of their pipelines.
+pub(crate) const ALL_MODES: [&str; 5] = ["march", "resolve_hits", "shadow", "shade", "show"];
+pub(crate) const MARCH: usize = 0;
+const FINISH: usize = 1;
+const SHADOW: usize = 2;
+const SHADE: usize = 3;
+const SHOW: usize = 4;
+/// Those of modes whose cones go first.
+pub(crate) const WITH_CONES: [&str; 7] = [
+    "cone",
+    "exact_normals",
+    "sun_cone",
+    "shadow_blocks",
+    "shade_plain",
+    "shade_blocks",
+    "shade_deferred",
+];
+pub(crate) const CONE: usize = 5;
+const EXACT_NORMALS: usize = 6;
+pub(crate) const SUN_CONE: usize = 7;
+pub(crate) const SHADOW_BLOCKS: usize = 8;
+const SHADE_PLAIN: usize = 9;
+pub(crate) const SHADE_BLOCKS: usize = 10;
+pub(crate) const DEFERRED: usize = 11;
+
+/// One dispatch.
+pub(crate) struct Stage {
+    pub label: &'static str,
+    /// Index of its pipeline.
+    pub pipeline: usize,
+    pub first_step: u32,
+    pub step_count: u32,
+    /// Whether it evaluates the field.
+    pub is_exact: bool,
+}
+
+/// Returns the dispatches of one sample of one band. Marches are cut into as many steps as a thread may do at
+/// once.
+pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
+    let budget = key.field.1;
+    let exact = |label, pipeline, steps: u32| {
+        let budget = budget.min(steps).max(1);
+        (0..steps)
+            .step_by(budget as usize)
+            .map(move |first_step| Stage {
+                label,
+                pipeline,
+                first_step,
+                step_count: budget.min(steps - first_step),
+                is_exact: true,
+            })
+    };
+    // Evaluates nothing, so it is one dispatch.
+    let whole = |label, pipeline| Stage {
+        label,
+        pipeline,
+        first_step: 0,
+        step_count: key.max_steps,
+        is_exact: false,
+    };
+    let mut stages: Vec<Stage> = if way.is_exact {
+        exact("Trace::march", MARCH, key.max_steps).collect()
+    } else if way.has_cones {
+        vec![whole("Cones::march", CONE), whole("Bricks::march", MARCH)]
+    } else {
+        vec![whole("Trace::march", MARCH)]
+    };
+    // Bricks have their normals already.
+    if !way.has_cones || key.has_ground {
+        stages.extend(exact("Trace::finish", FINISH, 1));
+    }
+    if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
+        stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
+    }
+    if key.show == argil_abi::MODE_SHADED {
+        let steps = argil_render::SHADOW_STEPS;
+        if way.has_cones {
+            stages.push(whole("Shade::sun_cones", SUN_CONE));
+            stages.push(whole("Shade::shadow", SHADOW_BLOCKS));
+            stages.push(whole("Shade::plain", SHADE_PLAIN));
+            stages.push(whole("Shade::light", SHADE_BLOCKS));
+            stages.push(whole("Shade::deferred", DEFERRED));
+        } else {
+            stages.extend(exact("Shade::shadow", SHADOW, steps));
+            stages.extend(exact("Shade::light", SHADE, 1));
+        }
+    } else {
+        stages.extend(exact("Shade::show", SHOW, 1));
+    }
+    // If the field is not evaluated, its length does not count.
+    for stage in &mut stages {
+        let asks = match stage.pipeline {
+            MARCH | FINISH => way.is_exact,
+            EXACT_NORMALS => true,
+            SHADOW | SHADE | DEFERRED => true,
+            _ => false,
+        };
+        stage.is_exact = asks;
+    }
+    stages
+}

@@ -1,0 +1,50 @@
+// Light, block by block of pixels, after `sun_cone`. A software device executes what a thread skips, so each kind of
+// block has a pass of its own.
+
+// Returns the pixel of a thread in a listed block.
+fn listed_pixel(group: u32, local: vec3<u32>) -> vec2<u32> {
+    let place = live.blocks[group].place;
+    let across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
+    return vec2(place % across, place / across) * CONE_SIDE + local.xy;
+}
+
+// Marches the rays of the listed blocks.
+@compute @workgroup_size(8, 8)
+fn shadow_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let pixel = listed_pixel(group.x, local);
+    let begin = live.blocks[live.blocks[group.x].place].begin;
+    if pixel.x >= frame.width || pixel.y >= frame.height || begin < 0.0 {
+        return;
+    }
+    let at = pixel.y * frame.width + pixel.x;
+    let ray = sun_ray(at, pixel.x, pixel.y);
+    let end = min(ray.span.y, begin);
+    let state = vec2(1.0, select(ray.span.x, -1.0, ray.span.x > end));
+    hits[at].sun_share = march_to_sun(ray.origin, state, end, hits[at].normal_t.w, SHADOW_STEPS).x;
+}
+
+// Shades the blocks that are plain.
+@compute @workgroup_size(8, 8)
+fn shade_plain(@builtin(global_invocation_id) id: vec3<u32>) {
+    let y = id.y + frame.first_row;
+    if id.x >= frame.width || y >= frame.height || live.blocks[cone_place(id.x, y)].steps != PLAIN {
+        return;
+    }
+    let at = y * frame.width + id.x;
+    let hit = hits[at];
+    let ray = primary_ray(id.x, y);
+    let surface = shade_surface(ray, hit, ground_material(), sun_share_of(hit, id.x, y), 1.0);
+    put(at, hit.kind, tone_map(select(surface, sky(ray.direction), hit.kind == HIT_NONE)));
+}
+
+// Shades the other blocks.
+@compute @workgroup_size(8, 8)
+fn shade_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let pixel = listed_pixel(group.x, local);
+    let place = live.blocks[group.x].place;
+    if pixel.x >= frame.width || pixel.y >= frame.height || live.blocks[place].steps == PLAIN {
+        return;
+    }
+    let hit = hits[pixel.y * frame.width + pixel.x];
+    shade_pixel(pixel.x, pixel.y, sun_share_of(hit, pixel.x, pixel.y));
+}

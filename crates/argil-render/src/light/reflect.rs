@@ -1,0 +1,272 @@
+//! What surfaces send toward the viewer. `shade.wgsl` is the twin.
+//!
+//! *Theory.* There is one sun and a sky. Direct light is a GGX lobe over a Lambertian body (Walter et al. 2007, with
+//! Schlick's Fresnel and Smith's visibility as fitted by Karis, 2013). The tone curve is Narkowicz's fit of ACES
+//! (2015).
+//!
+//! *Practice.* Some surfaces at a time are copied into arrays of fixed length, for which the compiler makes vectors.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane has its place in many arrays"
+)]
+
+use super::Light;
+use crate::surfaces::Surfaces;
+use argil_abi::{self as abi, FrameUniform};
+use glam::{Vec3, vec3};
+use multiversion::multiversion;
+
+const SUN_LIGHT: Vec3 = Vec3::from_array(argil_abi::SUN_LIGHT);
+const ZENITH: Vec3 = Vec3::from_array(argil_abi::ZENITH);
+const HORIZON: Vec3 = Vec3::from_array(argil_abi::HORIZON);
+const NADIR: Vec3 = Vec3::from_array(argil_abi::NADIR);
+/// Surfaces that are computed together.
+const LANES: usize = 32;
+
+/// One surface's properties.
+#[derive(Clone, Copy)]
+struct Lane {
+    normal: Vec3,
+    view: Vec3,
+    base: Vec3,
+    roughness: f32,
+    emission: Vec3,
+    metallic: f32,
+    sun: f32,
+    sky: f32,
+    /// How much of it the horizon covers.
+    haze: f32,
+}
+
+/// Properties of some surfaces, as a structure of arrays.
+struct Lanes {
+    normal: [[f32; LANES]; 3],
+    view: [[f32; LANES]; 3],
+    material: [[f32; LANES]; 8],
+    sun: [f32; LANES],
+    sky: [f32; LANES],
+    haze: [f32; LANES],
+}
+
+impl Lanes {
+    const ZERO: Self = Self {
+        normal: [[0.0; LANES]; 3],
+        view: [[0.0; LANES]; 3],
+        material: [[0.0; LANES]; 8],
+        sun: [0.0; LANES],
+        sky: [0.0; LANES],
+        haze: [0.0; LANES],
+    };
+}
+
+/// Adds the colors of surfaces and of the sky to their pixels: linear, after the tone curve.
+pub(crate) fn add_colors(frame: &FrameUniform, light: &Light, out: &mut [[f32; 4]]) {
+    let mut colors = [[0.0; LANES]; 3];
+    let surfaces = &light.surfaces;
+    let mut lanes = Lanes::ZERO;
+    for first in (0..surfaces.len()).step_by(LANES) {
+        let n = LANES.min(surfaces.len() - first);
+        lanes.load(frame, light, first, n);
+        reflected(frame, &lanes, &mut colors);
+        for i in 0..n {
+            let kind = surfaces.kind[first + i];
+            let covered = if kind == abi::HIT_GROUND { 0.0 } else { 1.0 };
+            let own = [colors[0][i], colors[1][i], colors[2][i], covered];
+            add(frame, own, &mut out[surfaces.pixel[first + i] as usize]);
+        }
+    }
+    let missed = &light.sky_samples;
+    for first in (0..missed.len()).step_by(LANES) {
+        let n = LANES.min(missed.len() - first);
+        copy(&missed.direction, first, n, &mut lanes.view);
+        skies(frame, &lanes, &mut colors);
+        for i in 0..n {
+            let own = [colors[0][i], colors[1][i], colors[2][i], 0.0];
+            add(frame, own, &mut out[missed.pixel[first + i] as usize]);
+        }
+    }
+}
+
+#[inline]
+fn add(frame: &FrameUniform, own: [f32; 4], out: &mut [f32; 4]) {
+    for (out, own) in out.iter_mut().zip(own) {
+        *out += own * frame.sample_weight;
+    }
+}
+
+fn copy<const N: usize>(from: &[Vec<f32>; N], first: usize, n: usize, to: &mut [[f32; LANES]; N]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to[..n].copy_from_slice(&from[first..first + n]);
+    }
+}
+
+impl Lanes {
+    fn load(&mut self, frame: &FrameUniform, light: &Light, first: usize, n: usize) {
+        let Surfaces {
+            normal,
+            direction,
+            kind,
+            length,
+            ..
+        } = &light.surfaces;
+        copy(normal, first, n, &mut self.normal);
+        copy(direction, first, n, &mut self.view);
+        self.sun[..n].copy_from_slice(&light.sun[first..first + n]);
+        self.sky[..n].copy_from_slice(&light.sky[first..first + n]);
+        for i in 0..n {
+            let material = &light.materials[first + i];
+            for k in 0..4 {
+                self.material[k][i] = material.base_roughness[k];
+                self.material[4 + k][i] = material.emission_metallic[k];
+            }
+            // The ground fades into the horizon.
+            let far = length[first + i] / frame.far;
+            let is_ground = kind[first + i] == abi::HIT_GROUND;
+            self.haze[i] = if is_ground {
+                (far * 2.2).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn lane(&self, i: usize) -> Lane {
+        let of = |lanes: &[[f32; LANES]; 3]| vec3(lanes[0][i], lanes[1][i], lanes[2][i]);
+        let m = |k: usize| self.material[k][i];
+        Lane {
+            normal: of(&self.normal),
+            view: of(&self.view),
+            base: vec3(m(0), m(1), m(2)),
+            roughness: m(3),
+            emission: vec3(m(4), m(5), m(6)),
+            metallic: m(7),
+            sun: self.sun[i],
+            sky: self.sky[i],
+            haze: self.haze[i],
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn reflected(frame: &FrameUniform, lanes: &Lanes, out: &mut [[f32; LANES]; 3]) {
+    for i in 0..LANES {
+        let color = surface(frame, &lanes.lane(i));
+        out[0][i] = tone_mapped(color.x);
+        out[1][i] = tone_mapped(color.y);
+        out[2][i] = tone_mapped(color.z);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn skies(frame: &FrameUniform, lanes: &Lanes, out: &mut [[f32; LANES]; 3]) {
+    for i in 0..LANES {
+        let direction = vec3(lanes.view[0][i], lanes.view[1][i], lanes.view[2][i]);
+        let color = sky(frame, direction);
+        out[0][i] = tone_mapped(color.x);
+        out[1][i] = tone_mapped(color.y);
+        out[2][i] = tone_mapped(color.z);
+    }
+}
+
+/// Returns the light that a surface sends toward the viewer.
+#[inline(always)]
+fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
+    let (n, direction, roughness) = (own.normal, own.view, own.roughness);
+    let (view, sun) = (-direction, Vec3::from_array(frame.sun));
+    let facing = high(n.dot(view), 1e-3);
+    let body = own.base * (1.0 - own.metallic);
+    let mirror = mix(Vec3::splat(0.04), own.base, own.metallic);
+
+    // The sun.
+    let height = high(n.dot(sun), 0.0);
+    let toward = sun + view;
+    let length = toward.dot(toward).sqrt();
+    let half = toward * (if length > 1e-20 { 1.0 / length } else { 0.0 });
+    let alpha = high(roughness * roughness, 0.01);
+    let alpha2 = alpha * alpha;
+    let peak = high(n.dot(half), 0.0);
+    let spread = peak * peak * (alpha2 - 1.0) + 1.0;
+    let lobe = alpha2 / (std::f32::consts::PI * spread * spread);
+    let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
+    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (height * (1.0 - k) + k));
+    let fresnel = schlick(mirror, high(view.dot(half), 0.0), 1.0);
+    let share = own.sun * own.sun * (3.0 - 2.0 * own.sun);
+    let direct = (body * std::f32::consts::FRAC_1_PI + fresnel * (lobe * visibility))
+        * SUN_LIGHT
+        * (height * share * std::f32::consts::FRAC_PI_2);
+
+    // The sky: its mean over the normal's half space for the body, and along the reflection for the mirror.
+    let around = mix(NADIR, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let reflected = direction - n * (2.0 * direction.dot(n));
+    let gloss = 1.0 - roughness;
+    let environment = mix(around, sky(frame, reflected), gloss * gloss);
+    let rim = schlick(mirror, facing, gloss);
+    let ambient = (body * around * 0.9 + rim * environment) * own.sky;
+
+    // Light reflected from below.
+    let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * own.sky);
+    let color = direct + ambient + bounce + own.emission;
+    mix(color, sky(frame, direction), own.haze)
+}
+
+/// Returns the sky's light from a direction.
+#[inline(always)]
+fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
+    let up = direction.y;
+    let above = mix(HORIZON, ZENITH, high(up, 0.0).sqrt());
+    let below = mix(HORIZON, NADIR, low(high(-up * 4.0, 0.0), 1.0));
+    // With a ground, only haze is visible below the horizon.
+    let below = if frame.has_ground != 0 {
+        HORIZON
+    } else {
+        below
+    };
+    let base = select(up >= 0.0, above, below);
+    let glow = high(direction.dot(Vec3::from_array(frame.sun)), 0.0);
+    let glow2 = glow * glow;
+    let glow8 = glow2 * glow2 * glow2 * glow2;
+    base + vec3(0.25, 0.18, 0.08) * (glow8 * glow8)
+}
+
+/// Returns Schlick's Fresnel term. The rim of a rough surface is darker.
+#[inline(always)]
+fn schlick(mirror: Vec3, cosine: f32, gloss: f32) -> Vec3 {
+    let m = low(high(1.0 - cosine, 0.0), 1.0);
+    let m2 = m * m;
+    let rim = vec3(
+        high(mirror.x, gloss),
+        high(mirror.y, gloss),
+        high(mirror.z, gloss),
+    );
+    mirror + (rim - mirror) * (m2 * m2 * m)
+}
+
+#[inline(always)]
+fn select(which: bool, a: Vec3, b: Vec3) -> Vec3 {
+    let own = |a: f32, b: f32| if which { a } else { b };
+    vec3(own(a.x, b.x), own(a.y, b.y), own(a.z, b.z))
+}
+
+#[inline(always)]
+fn mix(a: Vec3, b: Vec3, share: f32) -> Vec3 {
+    a + (b - a) * share
+}
+
+#[inline(always)]
+fn tone_mapped(c: f32) -> f32 {
+    let x = c * 0.5;
+    let y = x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14);
+    low(high(y, 0.0), 1.0)
+}
+
+#[inline(always)]
+fn low(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn high(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
