@@ -1,7 +1,13 @@
 //! The dispatches of a sample of an image.
 
-use crate::recording::FrameKey;
+use crate::recording::{FrameKey, GROUP};
 use crate::trace_mode::TraceMode;
+
+/// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
+/// GPU, so that no driver considers it hung.
+pub(crate) const WORK_PER_DISPATCH: u64 = 400_000_000;
+/// Maximum workgroups along an axis on every device.
+const MAX_GROUPS: u32 = 65_535;
 
 /// The entry points that every mode has, and indices of their pipelines.
 pub(crate) const ALL_MODES: [&str; 5] = ["march", "resolve_hits", "shadow", "shade", "show"];
@@ -103,4 +109,53 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
         stage.is_exact = asks;
     }
     stages
+}
+
+/// Returns the rows of a band, whose dispatches follow one another. A cone's thread has a block of pixels, and a band has
+/// whole workgroups of them, because blocks that two bands have would be lit twice.
+pub(crate) fn band_rows(key: &FrameKey, has_cones: bool) -> u32 {
+    let [width, height] = key.size;
+    let step = if has_cones { GROUP * GROUP } else { GROUP };
+    let row_work = u64::from(width) * key.field.0 as u64;
+    let rows = u32::try_from(WORK_PER_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
+    // As many blocks as a dispatch may have along an axis.
+    let most_rows = MAX_GROUPS / width.div_ceil(GROUP) * GROUP;
+    let rows = rows.min(most_rows);
+    if rows >= height {
+        return height.next_multiple_of(step);
+    }
+    (rows / step * step).max(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bands have whole workgroups, and all of them cover the image.
+    #[test]
+    fn bands_do_not_share_blocks() {
+        for (size, length) in [
+            ([1280, 720], 92),
+            ([1280, 720], 3000),
+            ([33, 7], 1),
+            ([9000, 5000], 50_000),
+        ] {
+            let key = FrameKey {
+                size,
+                samples: 1,
+                show: argil_abi::MODE_SHADED,
+                normals: 0,
+                has_ground: true,
+                max_steps: 10,
+                field: (length, 1),
+                with_hits: false,
+            };
+            for (has_cones, step) in [(false, GROUP), (true, GROUP * GROUP)] {
+                let rows = band_rows(&key, has_cones);
+                assert!(rows > 0 && rows.is_multiple_of(step), "{size:?}: {rows}");
+                let blocks = u64::from(size[0].div_ceil(GROUP)) * u64::from(rows / GROUP);
+                assert!(blocks <= u64::from(MAX_GROUPS), "{size:?}: {blocks}");
+            }
+        }
+    }
 }

@@ -7,7 +7,8 @@ use crate::bindings::{
 use crate::frame::{FrameBuffers, FramePasses};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_stages::{
-    ALL_MODES, CONE, DEFERRED, MARCH, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE, WITH_CONES, stages,
+    ALL_MODES, CONE, DEFERRED, MARCH, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE, WITH_CONES,
+    WORK_PER_DISPATCH, band_rows, stages,
 };
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
@@ -17,16 +18,10 @@ use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
-/// GPU, so that no driver considers it hung.
-const WORK_PER_DISPATCH: u64 = 400_000_000;
 /// Maximum steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
 const SOFTWARE_STEPS: u32 = 50_000;
 /// Maximum pixels of a frame whose buffers are kept. Larger ones, of over a gigabyte, are freed.
 const MAX_CACHED: u64 = 1 << 24;
-/// Maximum workgroups along an axis on every device.
-const MAX_GROUPS: u32 = 65_535;
-
 static FIELD: TraceMode = TraceMode {
     name: "field",
     march: wgsl::FIELD,
@@ -194,13 +189,7 @@ impl RenderPasses {
     /// Records all passes of a frame.
     fn record(&self, key: &FrameKey, is_software: bool) -> Recording {
         let [width, height] = key.size;
-        // Rows in bands, each one dispatch of both passes.
-        let row_work = u64::from(width) * key.field.0 as u64;
-        let rows = u32::try_from(WORK_PER_DISPATCH / row_work.max(1)).unwrap_or(u32::MAX);
-        // As many blocks as a dispatch may have along an axis.
-        let most_rows = MAX_GROUPS / width.div_ceil(GROUP) * GROUP;
-        let rows = rows.min(most_rows);
-        let rows = (rows.min(height) / GROUP * GROUP).max(GROUP);
+        let rows = band_rows(key, self.way.has_cones);
         let most_steps = if is_software && !self.way.is_exact {
             SOFTWARE_STEPS
         } else {

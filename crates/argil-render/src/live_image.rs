@@ -30,6 +30,8 @@ pub struct LiveImage {
     /// The frames that were drawn, without the box.
     view: Vec<FrameUniform>,
     squares: Vec<Reach>,
+    /// What else the image depends on.
+    state: [bool; 2],
 }
 
 /// Where a square's pixels depend on distances.
@@ -52,6 +54,11 @@ impl LiveImage {
     /// Returns the pixels as 8-bit sRGB, three bytes each, row by row from the top.
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
+    }
+
+    /// Notes what else the image depends on, and returns whether that is what it was. If not, draw everything.
+    pub fn follows(&mut self, state: [bool; 2]) -> bool {
+        std::mem::replace(&mut self.state, state) == state
     }
 
     /// Takes an image that was drawn whole, and returns the number of its pixels. The next one is drawn whole too.
@@ -200,14 +207,17 @@ impl Reach {
             let span = Ray { origin, direction }.span(wide);
             span.is_some_and(|(near, _)| near <= farthest)
         };
-        if meets(eye, direction, 0.0, slope_of(frame, SQUARE), self.farthest) {
+        let bias = 2.0 * frame.normal_bias;
+        let slope = slope_of(frame, SQUARE);
+        if meets(eye, direction, bias, slope, self.farthest + bias) {
             return true;
         }
         if frame.mode != abi::MODE_SHADED || self.surfaces.is_empty() {
             return false;
         }
         let tap = tap_height_of(frame, f32::INFINITY);
-        if !self.taps.grown(tap).intersection(dirty).is_empty() {
+        // Pixels share what is measured around their highest points.
+        if !self.taps.grown(2.5 * tap).intersection(dirty).is_empty() {
             return true;
         }
         let (center, radius) = (self.surfaces.center(), self.surfaces.half_diagonal());

@@ -222,7 +222,7 @@ impl World {
         settings: &RenderSettings,
         dirty_box: Aabb,
     ) -> Result<usize, RenderError> {
-        if self.gpu.is_some() {
+        if !self.can_draw_again() {
             let (picture, _) = wait(self.picture(camera, settings, false))?;
             return Ok(image.replace(picture));
         }

@@ -98,7 +98,12 @@ impl World {
         })?
     }
 
-    /// Draws what an edit can have changed, on the CPU.
+    /// Whether parts of an image can be drawn again: sparse bricks on the CPU.
+    pub(crate) fn can_draw_again(&self) -> bool {
+        self.gpu.is_none() && matches!(&self.storage, Storage::Cpu(Volume::Bricks(_)))
+    }
+
+    /// Draws what an edit can have changed, through sparse bricks on the CPU.
     pub(crate) fn draw_again(
         &self,
         image: &mut LiveImage,
@@ -114,16 +119,11 @@ impl World {
         let around = self.view_bounds;
         let frames = frame_uniforms(settings, camera, self.program(), grid.as_ref(), around);
         let light = self.light_for(settings.mode);
-        let dirty = match &self.storage {
-            // The box has the band around what moved. Only there, and around that for normals, the surface changed.
-            Storage::Cpu(Volume::Bricks(_)) if dirty_box.is_empty() => dirty_box,
-            Storage::Cpu(Volume::Bricks(bricks)) if dirty_box.is_finite() => {
-                let layout = bricks.layout();
-                let band = layout.encoding.band_width(&layout.voxel_grid, 0);
-                dirty_box.grown((2.0 * layout.voxel_grid.voxel_size - band).min(0.0))
-            }
-            _ => Aabb::ALL,
-        };
+        // Blocks that edits have not rebuilt yet change the image later.
+        let is_pending = self.edits.remaining_blocks() > 0;
+        let is_same = image.follows([light.is_some(), is_pending]);
+        let knows_all = is_same && !is_pending;
+        let dirty = if knows_all { dirty_box } else { Aabb::ALL };
         Ok(self.with_source(light.as_deref(), |through| {
             image.draw(self.program(), through, &frames, dirty)
         }))

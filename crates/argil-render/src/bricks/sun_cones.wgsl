@@ -3,6 +3,7 @@
 // nothing is near.
 
 const FLAT: f32 = 0.1;
+const PLANE: f32 = 0.9;
 
 struct SunRay {
     origin: vec3<f32>,
@@ -31,7 +32,9 @@ const PLAIN: u32 = 1u;
 fn sun_share_of(hit: Hit, x: u32, y: u32) -> f32 {
     let begin = live.blocks[cone_place(x, y)].begin;
     let share = select(1.0, hit.sun_share, begin >= 0.0);
-    return select(share, 0.0, begin == ALL_DARK);
+    // What meets nothing is not in the cylinder.
+    let span = sun_ray(y * frame.width + x, x, y).span;
+    return select(share, 0.0, begin == ALL_DARK && span.x <= span.y);
 }
 
 // Whether occlusion finds nothing above the surfaces of a block around a point.
@@ -64,7 +67,7 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
     var count = 0.0;
     var lit = 0.0;
     var solid = false;
-    var length = 0.0;
+    var min_step = INFINITE;
     var shortest = INFINITE;
     for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {
         let px = x + i % CONE_SIDE;
@@ -90,7 +93,7 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
                 above = max(above, away);
                 normals += ray.normal;
                 count += 1.0;
-                length = hits[at].normal_t.w;
+                min_step = min(min_step, light_step(hits[at].normal_t.w));
             }
         }
     }
@@ -112,33 +115,40 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let radius = 0.5001 * distance(low, high);
     let n = normals / count;
     let is_flat = dot(n, n) > 0.95 && dot(n, first_normal) > 0.95 && above - below <= 2.0 * FLAT * radius;
-    // To where a plane is far enough below.
+    // From where on a plane is far enough below.
     let over = dot(n, frame.sun) - 1.0 / SHADOW_SHARPNESS;
-    var skipped = select(0.0, (1.0 + FLAT) * radius / over, is_flat && over > 0.1);
-    var t = begin + skipped;
+    var rise = select(0.0, dot(n, frame.sun), is_flat && over > 0.1);
+    let leaves = begin + (1.0 + FLAT) * radius / max(over, 0.1);
+    var t = select(begin, begin + 0.3 * radius, rise > 0.0);
     var free_from = begin;
     var is_dark = false;
-    let min_step = light_step(length);
     for (var step = 0u; step < SHADOW_STEPS && t < end; step++) {
         let d = light_distance(center + frame.sun * t);
         let around = d - radius / frame.inv_lipschitz;
         let is_free = SHADOW_SHARPNESS * around >= t;
-        if skipped > 0.0 && !is_free {
-            // There is more than the plane.
-            t = begin;
-            skipped = 0.0;
-            continue;
+        if rise > 0.0 {
+            // As long as nothing is nearer than the plane, no ray is shadowed above it.
+            let is_left = t >= leaves;
+            let holds = select(d >= PLANE * rise * (t - begin), is_free, is_left);
+            if !is_left && holds {
+                t += max(max(0.5 * d * frame.inv_lipschitz, 0.1 * radius), min_step);
+                continue;
+            }
+            rise = 0.0;
+            if !holds {
+                t = begin;
+                continue;
+            }
         }
-        skipped = 0.0;
         if d * frame.inv_lipschitz <= -radius {
             is_dark = true;
             break;
         }
         t += max(select(max(d * frame.inv_lipschitz, radius), around * frame.inv_lipschitz, is_free), min_step);
         free_from = select(t, free_from, is_free);
-        if step + 1u == SHADOW_STEPS && !is_free {
-            free_from = INFINITE;
-        }
+    }
+    if t < end && !is_dark {
+        free_from = INFINITE;
     }
     let marches = !is_dark && free_from > begin;
     live.blocks[place].begin = select(select(ALL_FREE, free_from, marches), ALL_DARK, is_dark);

@@ -23,6 +23,8 @@ pub(crate) const SHARPNESS: f32 = argil_abi::SHADOW_SHARPNESS;
 pub const SHADOW_STEPS: u32 = argil_abi::SHADOW_STEPS;
 /// How far surfaces may be from their plane, relative to their cylinder's radius.
 const FLAT: f32 = 0.1;
+/// How near the plane's distance the measured one must be.
+const PLANE: f32 = 0.9;
 /// At this share, a ray ends as shadowed.
 const DARK: f32 = 0.005;
 
@@ -46,8 +48,10 @@ struct Beam {
     end: f32,
     /// From here on, no ray is shadowed.
     free_from: f32,
-    /// The way that is not measured at first, because the surfaces lie in a plane.
-    skipped: f32,
+    /// If the surfaces lie in a plane: how fast the middle ray leaves that, and from where on it is far enough away.
+    rise: f32,
+    leaves: f32,
+    begin: f32,
     /// Whether all rays are shadowed.
     is_dark: bool,
     min_step: f32,
@@ -144,7 +148,7 @@ impl SunScratch {
         let mut first = 0;
         for part in parts {
             let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            let (mut begin, mut end) = (f32::INFINITY, 0.0f32);
+            let (mut begin, mut end, mut min_step) = (f32::INFINITY, 0.0f32, f32::INFINITY);
             let mut last = first;
             let (mut sum, mut normals, mut count) = (Vec3::ZERO, Vec3::ZERO, 0.0);
             while last < rays.surface.len() && (rays.surface[last] as usize) < part.end {
@@ -156,6 +160,7 @@ impl SunScratch {
                     normals += surfaces.normal(rays.surface[last] as usize);
                     count += 1.0;
                     begin = begin.min(rays.t[last]);
+                    min_step = min_step.min(rays.min_step[last]);
                     end = end.max(rays.end[last]);
                 }
                 last += 1;
@@ -171,21 +176,27 @@ impl SunScratch {
                 let rise = if is_flat { n.dot(sun) } else { 0.0 };
                 // To where a plane is far enough below.
                 let over = rise - 1.0 / SHARPNESS;
-                let skipped = if over > 0.1 {
-                    (1.0 + FLAT) * radius / over
+                let (rise, leaves) = if over > 0.1 {
+                    (rise, begin + (1.0 + FLAT) * radius / over)
                 } else {
-                    0.0
+                    (0.0, begin)
                 };
                 self.beams.push(Beam {
                     rays: first..last,
                     center: 0.5 * (low + high),
                     radius,
-                    t: begin + skipped,
-                    skipped,
+                    t: if rise > 0.0 {
+                        begin + 0.3 * radius
+                    } else {
+                        begin
+                    },
+                    rise,
+                    leaves,
+                    begin,
                     end,
                     free_from: begin,
                     is_dark: false,
-                    min_step: rays.min_step[first],
+                    min_step,
                 });
             }
             first = last;
@@ -214,30 +225,42 @@ impl SunScratch {
             let mut kept = 0;
             for k in 0..self.under_way.len() {
                 let beam = &mut self.beams[self.under_way[k] as usize];
-                let skipped = std::mem::take(&mut beam.skipped);
-                let around = points.d[k] - beam.radius / scale;
+                let d = points.d[k];
+                let around = d - beam.radius / scale;
                 let is_free = SHARPNESS * around >= beam.t;
-                if skipped > 0.0 && !is_free {
-                    // There is more than the plane.
-                    beam.t -= skipped;
-                    self.under_way[kept] = self.under_way[k];
-                    kept += 1;
-                    continue;
+                if beam.rise > 0.0 {
+                    // As long as nothing is nearer than the plane, no ray is shadowed above it.
+                    let is_left = beam.t >= beam.leaves;
+                    let is_plane = d >= PLANE * beam.rise * (beam.t - beam.begin);
+                    let holds = if is_left { is_free } else { is_plane };
+                    if !is_left && holds {
+                        beam.t += (0.5 * d * scale).max(0.1 * beam.radius).max(beam.min_step);
+                    } else if !holds {
+                        beam.t = beam.begin;
+                    }
+                    if is_left || !holds {
+                        beam.rise = 0.0;
+                    }
+                    if !is_left || !holds {
+                        self.under_way[kept] = self.under_way[k];
+                        kept += 1;
+                        continue;
+                    }
                 }
                 let step = if is_free {
                     (around * scale).max(beam.min_step)
                 } else {
-                    (points.d[k] * scale).max(beam.radius).max(beam.min_step)
+                    (d * scale).max(beam.radius).max(beam.min_step)
                 };
                 beam.t += step;
                 if !is_free {
                     beam.free_from = beam.t;
                 }
-                if points.d[k] * scale <= -beam.radius {
+                if d * scale <= -beam.radius {
                     beam.is_dark = true;
-                } else if steps >= SHADOW_STEPS && !is_free {
+                } else if steps >= SHADOW_STEPS && beam.t < beam.end {
                     beam.free_from = f32::INFINITY;
-                } else if beam.t < beam.end && steps < SHADOW_STEPS {
+                } else if beam.t < beam.end {
                     self.under_way[kept] = self.under_way[k];
                     kept += 1;
                 }
@@ -246,7 +269,12 @@ impl SunScratch {
         }
         for beam in &self.beams {
             if beam.is_dark {
-                self.rays.share[beam.rays.clone()].fill(0.0);
+                // The others are not in the cylinder.
+                for i in beam.rays.clone() {
+                    if self.rays.t[i] < self.rays.end[i] {
+                        self.rays.share[i] = 0.0;
+                    }
+                }
             }
             let last = if beam.is_dark { -1.0 } else { beam.free_from };
             for end in &mut self.rays.end[beam.rays.clone()] {
