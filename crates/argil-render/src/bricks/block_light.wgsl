@@ -1,6 +1,15 @@
 // Light, block by block of pixels, after `sun_cone`. A software device executes what a thread skips, so each kind of
 // block has a pass of its own.
 
+// Returns how much of the sun a pixel sees.
+fn sun_share_of(hit: Hit, x: u32, y: u32) -> f32 {
+    let begin = live.blocks[cone_place(x, y)].begin;
+    let share = select(1.0, hit.sun_share, begin >= 0.0);
+    // What meets nothing is not in the cylinder.
+    let span = sun_ray(y * frame.width + x, x, y).span;
+    return select(share, 0.0, begin == ALL_DARK && span.x <= span.y);
+}
+
 // Returns the pixel of a thread in a listed block.
 fn listed_pixel(group: u32, local: vec3<u32>) -> vec2<u32> {
     let place = live.blocks[group].place;

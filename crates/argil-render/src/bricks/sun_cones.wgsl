@@ -28,15 +28,6 @@ const ALL_DARK: f32 = -2.0;
 // What a block's steps are if its surfaces are ground that sees the whole sky.
 const PLAIN: u32 = 1u;
 
-// Returns how much of the sun a pixel sees.
-fn sun_share_of(hit: Hit, x: u32, y: u32) -> f32 {
-    let begin = live.blocks[cone_place(x, y)].begin;
-    let share = select(1.0, hit.sun_share, begin >= 0.0);
-    // What meets nothing is not in the cylinder.
-    let span = sun_ray(y * frame.width + x, x, y).span;
-    return select(share, 0.0, begin == ALL_DARK && span.x <= span.y);
-}
-
 // Whether occlusion finds nothing above the surfaces of a block around a point.
 fn is_open_above(p: vec3<f32>, n: vec3<f32>, radius: f32, shortest: f32) -> bool {
     let height = tap_height(frame.radius, OCCLUSION_TAPS - 1u);
