@@ -18,7 +18,8 @@ fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>, reach: f32) -> f32 {
     var closed = 0.0;
     var weight = 1.0;
     for (var tap = 0u; tap < OCCLUSION_TAPS; tap++) {
-        let height = tap_height(reach, tap);
+        // A camera may be on the surface.
+        let height = max(tap_height(reach, tap), 1e-20);
         var d = light_distance(p + n * height);
         if frame.has_ground != 0u {
             d = min(d, p.y + n.y * height - frame.ground_y);

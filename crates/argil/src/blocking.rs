@@ -222,11 +222,7 @@ impl World {
         settings: &RenderSettings,
         dirty_box: Aabb,
     ) -> Result<usize, RenderError> {
-        if !self.can_draw_again() {
-            let (picture, _) = wait(self.picture(camera, settings, false))?;
-            return Ok(image.replace(picture));
-        }
-        self.draw_again(image, camera, settings, dirty_box)
+        wait(self.redraw_async(image, camera, settings, dirty_box))
     }
 
     /// Asks for the bricks that a view will need, without baking them: [`World::fill_pages`] does. Call it with a camera

@@ -98,19 +98,22 @@ impl World {
         })?
     }
 
-    /// Whether parts of an image can be drawn again: sparse bricks on the CPU.
-    pub(crate) fn can_draw_again(&self) -> bool {
-        self.gpu.is_none() && matches!(&self.storage, Storage::Cpu(Volume::Bricks(_)))
-    }
-
-    /// Draws what an edit can have changed, through sparse bricks on the CPU.
-    pub(crate) fn draw_again(
+    /// Draws an image again after edits, as a future: see [`World::redraw`].
+    ///
+    /// # Errors
+    /// If a setting is out of range, the mode needs bricks that the world does not have, or the device fails.
+    pub async fn redraw_async(
         &self,
         image: &mut LiveImage,
         camera: &Camera,
         settings: &RenderSettings,
         dirty_box: Aabb,
     ) -> Result<usize, RenderError> {
+        let is_local = matches!(&self.storage, Storage::Cpu(Volume::Bricks(_)));
+        if self.gpu.is_some() || !is_local {
+            let (picture, _) = self.picture(camera, settings, false).await?;
+            return Ok(image.replace(picture));
+        }
         check(camera, settings)?;
         if !self.representation.supports_mode(settings.mode) {
             return Err(RenderError::NoBricks);
@@ -148,7 +151,7 @@ impl World {
         }
     }
 
-    pub(crate) async fn picture(
+    async fn picture(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
