@@ -234,7 +234,7 @@ impl RenderPasses {
                             Some(across(GROUP * GROUP))
                         }
                         SHADE_BLOCKS => {
-                            // The pass itself lists pixels anew.
+                            // The pass itself lists pixels, from none on.
                             all.steps.push(FrameStep::TakeBlocks);
                             all.steps.push(FrameStep::EmptyBlocks);
                             None

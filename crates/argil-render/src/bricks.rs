@@ -76,8 +76,8 @@ impl MarchedBricks for &BrickRays<'_> {
         found: &mut StepOutcome,
     ) {
         match self {
-            BrickRays::Eight(s, _) => step_i8(frame, s, steps, wave, range, found),
-            BrickRays::Sixteen(s, _) => step_i16(frame, s, steps, wave, range, found),
+            BrickRays::Eight(s) => step_i8(frame, s, steps, wave, range, found),
+            BrickRays::Sixteen(s) => step_i16(frame, s, steps, wave, range, found),
         }
     }
 
@@ -89,8 +89,8 @@ impl MarchedBricks for &BrickRays<'_> {
         lanes: &mut NearLanes,
     ) {
         match self {
-            BrickRays::Eight(s, _) => solve_i8(frame, s, rays.len(), lanes),
-            BrickRays::Sixteen(s, _) => solve_i16(frame, s, rays.len(), lanes),
+            BrickRays::Eight(s) => solve_i8(frame, s, rays.len(), lanes),
+            BrickRays::Sixteen(s) => solve_i16(frame, s, rays.len(), lanes),
         }
     }
 }

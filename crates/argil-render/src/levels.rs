@@ -9,7 +9,6 @@
 //! change, a pixel's hash decides, so that the border is dithered over a part of a level. A tile marks the
 //! cells that it used, and notes what it lacked.
 
-mod both_formats;
 mod light;
 mod notes;
 mod rays;

@@ -1,6 +1,7 @@
 #![doc = include_str!("crate.md")]
 #![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
+mod both_formats;
 mod brick_march;
 mod bricks;
 mod camera;

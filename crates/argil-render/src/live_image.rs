@@ -56,6 +56,7 @@ impl LiveImage {
         &self.rgb
     }
 
+    #[doc(hidden)]
     /// Notes what else the image depends on, and returns whether that is what it was. If not, draw everything.
     pub fn follows(&mut self, state: [bool; 2]) -> bool {
         std::mem::replace(&mut self.state, state) == state

@@ -6,7 +6,6 @@ use crate::surfaces::Surfaces;
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
-use glam::Vec3;
 
 /// Something that primary rays march through: [`PrunedField`](crate::PrunedField),
 /// [`UnprunedField`](crate::UnprunedField), [`Triangles`](crate::Triangles), and each of `argil_volume`'s volumes.
@@ -42,9 +41,6 @@ pub trait RayTracer: Sync {
 
 /// A source of distances for light, instead of the exact field.
 pub trait DistanceSource: Sync {
-    /// Returns the stored material at a point of the surface, given the outward direction.
-    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial>;
-
     /// Looks up the materials of solid surfaces, whose indices `wanted` holds, and keeps there those without one.
     fn materials(
         &self,
@@ -52,13 +48,7 @@ pub trait DistanceSource: Sync {
         palette: &[GpuMaterial],
         wanted: &mut Vec<u32>,
         out: &mut [GpuMaterial],
-    ) {
-        wanted.retain(|&i| {
-            let i = i as usize;
-            let found = self.material(surfaces.point(i), surfaces.outward(i), palette);
-            found.map(|found| out[i] = found).is_none()
-        });
-    }
+    );
 
     /// Computes the distances of points into their `d`.
     fn measure(&self, points: &mut Points);

@@ -66,10 +66,6 @@ impl RayTracer for LitRays<'_> {
 }
 
 impl DistanceSource for LitRays<'_> {
-    fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial> {
-        self.rays.look(point, outward, palette)
-    }
-
     fn materials(
         &self,
         surfaces: &Surfaces,
@@ -80,25 +76,26 @@ impl DistanceSource for LitRays<'_> {
         let mut kept = 0;
         for first in (0..wanted.len()).step_by(LANES) {
             let n = LANES.min(wanted.len() - first);
-            let (mut point, mut outward) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+            let mut lanes = [[[0.0; LANES]; 3]; 2];
             for (lane, &i) in wanted[first..first + n].iter().enumerate() {
-                let (p, n) = (surfaces.point(i as usize), surfaces.outward(i as usize));
+                let (p, outward) = (surfaces.point(i as usize), surfaces.outward(i as usize));
                 for axis in 0..3 {
-                    (point[axis][lane], outward[axis][lane]) = (p[axis], n[axis]);
+                    (lanes[0][axis][lane], lanes[1][axis][lane]) = (p[axis], outward[axis]);
                 }
             }
-            let mut materials = [GpuMaterial::default(); LANES];
-            let own = &mut materials[..n];
-            let found = self
-                .rays
-                .materials(firsts(&point, n), firsts(&outward, n), palette, own);
-            for lane in 0..n {
+            let mut found = [None; LANES];
+            let of = lanes
+                .each_ref()
+                .map(|own| own.each_ref().map(|own| &own[..n]));
+            self.rays.materials(of, palette, &mut found[..n]);
+            for (lane, found) in found[..n].iter().enumerate() {
                 let i = wanted[first + lane];
-                if found[lane] {
-                    out[i as usize] = materials[lane];
-                } else {
-                    wanted[kept] = i;
-                    kept += 1;
+                match found {
+                    Some(found) => out[i as usize] = *found,
+                    None => {
+                        wanted[kept] = i;
+                        kept += 1;
+                    }
                 }
             }
         }
@@ -116,9 +113,4 @@ impl DistanceSource for LitRays<'_> {
                 .estimates(p, self.light.as_ref(), lanes, &mut d[r]);
         }
     }
-}
-
-/// Returns the first lanes of each axis.
-fn firsts(lanes: &[[f32; LANES]; 3], n: usize) -> [&[f32]; 3] {
-    lanes.each_ref().map(|own| &own[..n])
 }

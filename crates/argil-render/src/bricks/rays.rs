@@ -1,23 +1,21 @@
 //! Bricks of either sample format, ready to be marched.
 
 use super::cones::ConeDistances;
+use crate::both_formats::of_both_formats;
 use argil_abi::GpuMaterial;
-use argil_field::LANES;
-use argil_volume::{BrickSampler, Bricks, EstimateLanes, LevelSampler, SampleFormat};
-use glam::Vec3;
-use multiversion::multiversion;
+use argil_volume::{BrickSampler, Bricks, EstimateLanes, LevelSampler, SampleFormat, Texel};
 
 /// Bricks, ready to be marched.
 pub(crate) enum BrickRays<'a> {
-    Eight(BrickSampler<'a, i8>, &'a Bricks),
-    Sixteen(BrickSampler<'a, i16>, &'a Bricks),
+    Eight(BrickSampler<'a, i8>),
+    Sixteen(BrickSampler<'a, i16>),
 }
 
 impl<'a> BrickRays<'a> {
     pub(super) fn new(bricks: &'a Bricks) -> Option<Self> {
         match bricks.layout().encoding.format {
-            SampleFormat::Snorm8 => BrickSampler::new(bricks).map(|s| Self::Eight(s, bricks)),
-            SampleFormat::Snorm16 => BrickSampler::new(bricks).map(|s| Self::Sixteen(s, bricks)),
+            SampleFormat::Snorm8 => BrickSampler::new(bricks).map(Self::Eight),
+            SampleFormat::Snorm16 => BrickSampler::new(bricks).map(Self::Sixteen),
         }
     }
 
@@ -26,8 +24,8 @@ impl<'a> BrickRays<'a> {
     pub(super) fn clearances(&self, points: [&[f32]; 3], out: &mut [f32]) {
         let margin = 0.5 * 3f32.sqrt() * self.voxel();
         match self {
-            Self::Eight(sampler, _) => clearances_i8(sampler, points, margin, out),
-            Self::Sixteen(sampler, _) => clearances_i16(sampler, points, margin, out),
+            Self::Eight(sampler) => clearances_i8(sampler, points, margin, out),
+            Self::Sixteen(sampler) => clearances_i16(sampler, points, margin, out),
         }
     }
 
@@ -40,47 +38,35 @@ impl<'a> BrickRays<'a> {
         out: &mut [f32],
     ) {
         match self {
-            Self::Eight(sampler, _) => estimates_i8(sampler, points, light, lanes, out),
-            Self::Sixteen(sampler, _) => estimates_i16(sampler, points, light, lanes, out),
+            Self::Eight(sampler) => estimates_i8(sampler, points, light, lanes, out),
+            Self::Sixteen(sampler) => estimates_i16(sampler, points, light, lanes, out),
         }
     }
 
-    /// Returns the material at a point in a brick.
-    pub(super) fn look(
-        &self,
-        point: Vec3,
-        outward: Vec3,
-        palette: &[GpuMaterial],
-    ) -> Option<GpuMaterial> {
-        let (Self::Eight(_, bricks) | Self::Sixteen(_, bricks)) = self;
-        bricks.material(point, outward, palette)
-    }
-
-    /// Looks up the materials of points of surfaces, and returns which are in bricks.
+    /// Looks up the materials at points of surfaces, given these and the outward directions. Outside bricks there is none.
     pub(super) fn materials(
         &self,
-        points: [&[f32]; 3],
-        outward: [&[f32]; 3],
+        surfaces: [[&[f32]; 3]; 2],
         palette: &[GpuMaterial],
-        out: &mut [GpuMaterial],
-    ) -> [bool; LANES] {
+        out: &mut [Option<GpuMaterial>],
+    ) {
         match self {
-            Self::Eight(sampler, _) => materials_i8(sampler, points, outward, palette, out),
-            Self::Sixteen(sampler, _) => materials_i16(sampler, points, outward, palette, out),
+            Self::Eight(sampler) => materials_i8(sampler, surfaces, palette, out),
+            Self::Sixteen(sampler) => materials_i16(sampler, surfaces, palette, out),
         }
     }
 
     pub(super) fn voxel(&self) -> f32 {
         match self {
-            Self::Eight(sampler, _) => sampler.layout().voxel_grid.voxel_size,
-            Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.voxel_size,
+            Self::Eight(sampler) => sampler.layout().voxel_grid.voxel_size,
+            Self::Sixteen(sampler) => sampler.layout().voxel_grid.voxel_size,
         }
     }
 
     pub(super) fn bounds(&self) -> argil_math::Aabb {
         match self {
-            Self::Eight(sampler, _) => sampler.layout().voxel_grid.aabb(),
-            Self::Sixteen(sampler, _) => sampler.layout().voxel_grid.aabb(),
+            Self::Eight(sampler) => sampler.layout().voxel_grid.aabb(),
+            Self::Sixteen(sampler) => sampler.layout().voxel_grid.aabb(),
         }
     }
 }
@@ -96,11 +82,9 @@ impl ConeDistances for &BrickRays<'_> {
     }
 }
 
-// `multiversion` does not accept generic functions, so each sample type has a wrapper.
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn clearances_i8(
-    sampler: &BrickSampler<'_, i8>,
+#[inline(always)]
+fn clearances<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
     points: [&[f32]; 3],
     margin: f32,
     out: &mut [f32],
@@ -108,41 +92,19 @@ fn clearances_i8(
     sampler.distances(points, margin, out);
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn clearances_i16(
-    sampler: &BrickSampler<'_, i16>,
-    points: [&[f32]; 3],
-    margin: f32,
-    out: &mut [f32],
+#[inline(always)]
+fn materials<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
+    surfaces: [[&[f32]; 3]; 2],
+    palette: &[GpuMaterial],
+    out: &mut [Option<GpuMaterial>],
 ) {
-    sampler.distances(points, margin, out);
+    sampler.materials(surfaces, palette, out);
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn materials_i8(
-    sampler: &BrickSampler<'_, i8>,
-    points: [&[f32]; 3],
-    outward: [&[f32]; 3],
-    palette: &[GpuMaterial],
-    out: &mut [GpuMaterial],
-) -> [bool; LANES] {
-    sampler.materials(points, outward, palette, out)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn materials_i16(
-    sampler: &BrickSampler<'_, i16>,
-    points: [&[f32]; 3],
-    outward: [&[f32]; 3],
-    palette: &[GpuMaterial],
-    out: &mut [GpuMaterial],
-) -> [bool; LANES] {
-    sampler.materials(points, outward, palette, out)
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn estimates_i8(
-    sampler: &BrickSampler<'_, i8>,
+#[inline(always)]
+fn estimates<T: Texel>(
+    sampler: &BrickSampler<'_, T>,
     points: [&[f32]; 3],
     light: Option<&LevelSampler<'_, i16>>,
     lanes: &mut EstimateLanes,
@@ -151,13 +113,18 @@ fn estimates_i8(
     sampler.estimates(points, light, lanes, out);
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
-fn estimates_i16(
-    sampler: &BrickSampler<'_, i16>,
-    points: [&[f32]; 3],
-    light: Option<&LevelSampler<'_, i16>>,
-    lanes: &mut EstimateLanes,
-    out: &mut [f32],
-) {
-    sampler.estimates(points, light, lanes, out);
+of_both_formats! {
+    BrickSampler;
+    clearances: clearances_i8, clearances_i16(points: [&[f32]; 3], margin: f32, out: &mut [f32]);
+    materials: materials_i8, materials_i16(
+        surfaces: [[&[f32]; 3]; 2],
+        palette: &[GpuMaterial],
+        out: &mut [Option<GpuMaterial>],
+    );
+    estimates: estimates_i8, estimates_i16(
+        points: [&[f32]; 3],
+        light: Option<&LevelSampler<'_, i16>>,
+        lanes: &mut EstimateLanes,
+        out: &mut [f32],
+    );
 }

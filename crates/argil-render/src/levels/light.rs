@@ -1,9 +1,10 @@
 //! Light reads distances and materials from levels, on voxels somewhat larger than those of rays.
 
-use super::both_formats::of_both_formats;
 use super::rays::{FormatSampler, LevelRays, either};
+use crate::both_formats::of_both_formats;
 use crate::ray_batch::Points;
 use crate::source::{ByLength, DistanceSource};
+use crate::surfaces::Surfaces;
 use argil_abi::{FrameUniform, GpuMaterial};
 use argil_field::LANES;
 use argil_volume::{LevelLanes, LevelSampler, PageRequest, Texel, VoxelSamples, is_brick};
@@ -16,7 +17,8 @@ const MIN_STEP_VOXELS: f32 = argil_abi::MIN_STEP_VOXELS;
 /// How far above the surface light is gathered, in voxels of rays.
 const LIFT_VOXELS: f32 = argil_abi::LIFT_VOXELS;
 
-impl DistanceSource for LevelRays<'_> {
+impl LevelRays<'_> {
+    /// Returns the stored material at a point of the surface, given the outward direction.
     fn material(&self, point: Vec3, outward: Vec3, palette: &[GpuMaterial]) -> Option<GpuMaterial> {
         either!(self, sampler => {
             let away = point - Vec3::from(self.eye);
@@ -26,6 +28,22 @@ impl DistanceSource for LevelRays<'_> {
             sampler.locate_bricks([&place[0], &place[1], &place[2]], &wanted, &mut lanes);
             sampler.material(&lanes, 0, outward, palette)
         })
+    }
+}
+
+impl DistanceSource for LevelRays<'_> {
+    fn materials(
+        &self,
+        surfaces: &Surfaces,
+        palette: &[GpuMaterial],
+        wanted: &mut Vec<u32>,
+        out: &mut [GpuMaterial],
+    ) {
+        wanted.retain(|&i| {
+            let i = i as usize;
+            let found = self.material(surfaces.point(i), surfaces.outward(i), palette);
+            found.map(|found| out[i] = found).is_none()
+        });
     }
 
     fn measure(&self, points: &mut Points) {
@@ -106,6 +124,7 @@ fn estimates<T: Texel>(
 }
 
 of_both_formats! {
+    LevelSampler;
     estimates: estimates_i8, estimates_i16(
         place: ([f32; 3], f32),
         points: [&[f32]; 3],

@@ -5,8 +5,8 @@
     reason = "a lane has its place in many arrays"
 )]
 
-use super::both_formats::of_both_formats;
 use super::notes::PageNotes;
+use crate::both_formats::of_both_formats;
 use crate::bricks::step::{
     NEAR_VOXELS, NUDGE_RELATIVE, NUDGE_VOXELS, RayMotion, RayReading, StepOutcome, begin, high,
     low, tiny,
@@ -262,6 +262,7 @@ fn clearances<T: Texel>(
 }
 
 of_both_formats! {
+    LevelSampler;
     step: step_i8, step_i16(
         frame: &FrameUniform,
         sizes: (f32, u32),

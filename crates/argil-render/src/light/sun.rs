@@ -118,16 +118,7 @@ impl SunScratch {
         let rays = &mut self.rays;
         rays.surface.clear();
         rays.surface.extend(0..n as u32);
-        let [x, y, z] = &mut rays.origin;
-        for lanes in [
-            x,
-            y,
-            z,
-            &mut rays.t,
-            &mut rays.end,
-            &mut rays.min_step,
-            &mut rays.share,
-        ] {
+        for lanes in rays.lanes() {
             lanes.clear();
             lanes.resize(n, 1.0);
         }
@@ -285,6 +276,19 @@ impl SunScratch {
 }
 
 impl ShadowRays {
+    /// Returns all arrays of numbers.
+    fn lanes(&mut self) -> [&mut Vec<f32>; 7] {
+        let [x, y, z] = &mut self.origin;
+        let Self {
+            t,
+            end,
+            min_step,
+            share,
+            ..
+        } = self;
+        [x, y, z, t, end, min_step, share]
+    }
+
     fn origin(&self, i: usize) -> Vec3 {
         let [x, y, z] = &self.origin;
         vec3(x[i], y[i], z[i])
@@ -292,16 +296,7 @@ impl ShadowRays {
 
     fn truncate(&mut self, n: usize) {
         self.surface.truncate(n);
-        let [x, y, z] = &mut self.origin;
-        for lanes in [
-            x,
-            y,
-            z,
-            &mut self.t,
-            &mut self.end,
-            &mut self.min_step,
-            &mut self.share,
-        ] {
+        for lanes in self.lanes() {
             lanes.truncate(n);
         }
     }
@@ -332,32 +327,25 @@ impl ShadowRays {
 
     /// Closes the gaps that rays leave, and writes what they saw.
     fn close(&mut self, out: &mut [f32]) {
-        self.places.clear();
+        let mut places = std::mem::take(&mut self.places);
+        places.clear();
         for (i, (&t, &end)) in self.t.iter().zip(&self.end).enumerate() {
             if t < end {
-                self.places.push(i as u32);
+                places.push(i as u32);
             } else {
                 out[self.surface[i] as usize] = self.share[i];
             }
         }
-        let [x, y, z] = &mut self.origin;
-        for lanes in [
-            x,
-            y,
-            z,
-            &mut self.t,
-            &mut self.end,
-            &mut self.min_step,
-            &mut self.share,
-        ] {
-            for (to, &from) in self.places.iter().enumerate() {
+        for lanes in self.lanes() {
+            for (to, &from) in places.iter().enumerate() {
                 lanes[to] = lanes[from as usize];
             }
         }
-        for (to, &from) in self.places.iter().enumerate() {
+        for (to, &from) in places.iter().enumerate() {
             self.surface[to] = self.surface[from as usize];
         }
-        self.truncate(self.places.len());
+        self.truncate(places.len());
+        self.places = places;
     }
 }
 

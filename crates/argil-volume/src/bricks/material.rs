@@ -151,48 +151,38 @@ fn material_of([r, g, b, roughness, er, eg, eb, metallic]: [f32; 8]) -> GpuMater
 }
 
 impl<T: Texel> BrickSampler<'_, T> {
-    /// Looks up the materials of points on surfaces, given the outward directions: see [`Bricks::material`]. Returns
-    /// for each whether there is a brick, and leaves the others.
+    /// Looks up the materials at points of surfaces, given these and the outward directions: see [`Bricks::material`].
     ///
     /// # Panics
     /// If there are more points than [`LANES`], or the slices differ in length.
     #[inline(always)]
     pub fn materials(
         &self,
-        points: [&[f32]; 3],
-        outward: [&[f32]; 3],
+        [points, outward]: [[&[f32]; 3]; 2],
         palette: &[GpuMaterial],
-        out: &mut [GpuMaterial],
-    ) -> [bool; LANES] {
+        out: &mut [Option<GpuMaterial>],
+    ) {
         let n = out.len();
         assert!(n <= LANES && points.iter().chain(&outward).all(|p| p.len() == n));
         let voxel_grid = &self.layout.voxel_grid;
         let mut u = [[0.0f32; LANES]; 3];
-        for (u, (from, corner)) in u
-            .iter_mut()
-            .zip(points.iter().zip(voxel_grid.corner.to_array()))
-        {
-            for (u, from) in u.iter_mut().zip(*from) {
-                *u = (from - corner) / voxel_grid.voxel_size;
+        for axis in 0..3 {
+            for (u, from) in u[axis].iter_mut().zip(points[axis]) {
+                *u = (from - voxel_grid.corner[axis]) / voxel_grid.voxel_size;
             }
         }
         let mut at = CellLocations::default();
         self.locate([&u[0][..n], &u[1][..n], &u[2][..n]], &mut at);
         let range = self.layout.encoding.band_width(voxel_grid, 0) / voxel_grid.voxel_size;
         let side = self.layout.brick_size_voxels;
-        let mut found = [false; LANES];
         for (i, out) in out.iter_mut().enumerate() {
-            if !super::is_brick(at.word[i]) {
-                continue;
-            }
             let inner = vec3(at.inner[0][i], at.inner[1][i], at.inner[2][i]);
             let outward = vec3(outward[0][i], outward[1][i], outward[2][i]);
-            let store = &self.bricks.store;
-            if let Some(own) = store.material_at(at.word[i], inner, range, side, outward, palette) {
-                (*out, found[i]) = (own, true);
-            }
+            let (store, word) = (&self.bricks.store, at.word[i]);
+            *out = super::is_brick(word)
+                .then(|| store.material_at(word, inner, range, side, outward, palette))
+                .flatten();
         }
-        found
     }
 }
 
