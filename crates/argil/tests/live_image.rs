@@ -2,6 +2,7 @@
 
 use argil::math::Aabb;
 use argil::prelude::*;
+use argil::volume::Band;
 
 /// The greatest difference of two images, and how many pixels differ by more than one step.
 fn difference(a: &[u8], b: &[u8]) -> (u8, usize) {
@@ -66,6 +67,47 @@ fn what_stays_is_what_a_whole_image_shows() {
             );
         }
         assert!(drawn < 12 * all / 2, "{mode:?}: {drawn} of {}", 12 * all);
+    }
+}
+
+/// A sphere far above a slab throws its shadow far from where the edit is seen, and one close to a wall closes places
+/// beside it, also where the sun does not reach. Both follow.
+#[test]
+fn shadows_and_occlusion_far_from_an_edit_follow() {
+    for sun_degrees in [[90.0, 40.0], [270.0, 40.0]] {
+        let mut scene = Scene::new();
+        scene
+            .push(Brush::new(Shape::cuboid([2.0, 0.05, 2.0])))
+            .expect("a brush");
+        scene
+            .push(Brush::new(Shape::cuboid([0.05, 1.5, 1.0])).at([-1.5, 1.4, 0.0]))
+            .expect("a brush");
+        let mut options = BricksOptions::from(200);
+        options.settings.encoding.band = Band::Voxels(4.0);
+        let world = Engine::cpu().build(&scene).expect("a scene");
+        let mut world = world.bricks(options).expect("bricks");
+        let camera = world.camera_at(CameraPose::LookAt {
+            eye: [3.0, 3.0, 4.0],
+            target: [-0.5, 0.8, 0.0],
+        });
+        let mut settings = world.render_settings([320, 200], RenderMode::Shaded);
+        settings.sun_degrees = sun_degrees;
+        let mut image = LiveImage::default();
+        let mut redraw = |world: &World, dirty| {
+            let pixels = world.redraw(&mut image, &camera, &settings, dirty);
+            let whole = world.render(&camera, &settings).expect("an image");
+            let (greatest, far) = difference(image.rgb(), &whole.rgb);
+            assert!(far == 0, "{far} pixels differ, by up to {greatest}");
+            pixels.expect("an image")
+        };
+        redraw(&world, Aabb::ALL);
+        for place in [[1.2, 1.6, 0.3], [-1.2, 1.2, 0.2], [0.8, 1.8, -0.6]] {
+            scene
+                .push(Brush::new(Shape::sphere(0.2)).at(place))
+                .expect("a brush");
+            let report = world.apply(&scene).expect("an edit");
+            assert!(redraw(&world, report.dirty_box) < 320 * 200 * 9 / 10);
+        }
     }
 }
 

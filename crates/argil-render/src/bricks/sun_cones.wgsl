@@ -108,8 +108,8 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_flat = dot(n, n) > 0.95 && dot(n, first_normal) > 0.95 && above - below <= 2.0 * FLAT * radius;
     // From where on a plane is far enough below.
     let over = dot(n, frame.sun) - 1.0 / SHADOW_SHARPNESS;
-    var rise = select(0.0, dot(n, frame.sun), is_flat && over > 0.1);
-    let leaves = begin + (1.0 + FLAT) * radius / max(over, 0.1);
+    var rise = select(0.0, dot(n, frame.sun), is_flat && over > 0.3);
+    let leaves = begin + (1.0 + FLAT) * radius / max(over, 0.3);
     var t = select(begin, begin + 0.3 * radius, rise > 0.0);
     var free_from = begin;
     var is_dark = false;

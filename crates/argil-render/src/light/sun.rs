@@ -167,7 +167,7 @@ impl SunScratch {
                 let rise = if is_flat { n.dot(sun) } else { 0.0 };
                 // To where a plane is far enough below.
                 let over = rise - 1.0 / SHARPNESS;
-                let (rise, leaves) = if over > 0.1 {
+                let (rise, leaves) = if over > 0.3 {
                     (rise, begin + (1.0 + FLAT) * radius / over)
                 } else {
                     (0.0, begin)
