@@ -1,7 +1,7 @@
 //! The command that repeats a case.
 
 use crate::configuration::{Configuration, ConfigurationKind};
-use crate::experiment::{Plan, StudyCamera, StudyCase, Task};
+use crate::experiment::{CLOSE_SAMPLES, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{is_shipped, scene};
 use argil::Engine;
 use argil::math::Aabb;
@@ -74,8 +74,14 @@ pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
                 let length = voxels * voxel(&case.scene, case.way)?;
                 more += &format!(" --normal-bias {length}");
             }
+            let samples = if look.is_close {
+                CLOSE_SAMPLES
+            } else {
+                more.insert_str(0, " --no-ground");
+                1
+            };
             format!(
-                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples 1 --no-ground{more}"
+                "argil render {scene}{flags} --device {device} --size {width}x{height} --show {show} --samples {samples}{more}"
             )
         }
         _ => return None,

@@ -66,6 +66,9 @@ impl StudyCamera {
     }
 }
 
+/// Samples of each pixel of an image to look at closely.
+pub(crate) const CLOSE_SAMPLES: u32 = 4;
+
 /// An image to render.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
@@ -79,6 +82,8 @@ pub struct Look {
     pub bias_voxels: Option<f32>,
     /// Whether it is compared with the field's image.
     pub is_compared: bool,
+    /// Whether to look closely: 4 samples a pixel, the ground where there is light, and a precise image of the field.
+    pub is_close: bool,
 }
 
 impl Default for Look {
@@ -89,6 +94,7 @@ impl Default for Look {
             normals: NormalSource::default(),
             bias_voxels: None,
             is_compared: true,
+            is_close: false,
         }
     }
 }
@@ -217,6 +223,9 @@ impl StudyCase {
                 }
                 if let Some(bias) = look.bias_voxels {
                     all.push(("bias_voxels", bias.into()));
+                }
+                if look.is_close {
+                    all.push(("samples", CLOSE_SAMPLES.into()));
                 }
             }
             Task::Frames(_, eye) => all.push(("eye", eye.word().into())),

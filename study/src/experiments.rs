@@ -48,6 +48,13 @@ pub const ALL: &[Experiment] = &[
         cases: fidelity,
     },
     Experiment {
+        name: "convergence",
+        title: "Image error by resolution",
+        question: "Does the image through sparse bricks converge to the field's as voxels shrink, with normals and with light?",
+        study: "Not measured. The study compares images at one resolution, without shadows.",
+        cases: convergence,
+    },
+    Experiment {
         name: "normals",
         title: "Sources of normals",
         question: "How much does the source of normals change the image?",
@@ -292,6 +299,36 @@ fn fidelity(plan: &Plan) -> Vec<StudyCase> {
                 normal,
             ),
         ]);
+    }
+    all
+}
+
+fn convergence(plan: &Plan) -> Vec<StudyCase> {
+    let mut all = Vec::new();
+    let few = ["csg20", "teapot", "trees"];
+    let many = [
+        "csg20",
+        "teapot",
+        "trees",
+        "temple",
+        "melting",
+        "edgy-cube",
+        "props",
+        "dense-edgy-cubes",
+    ];
+    let resolutions: &[u32] = plan.pick(&[32, 64], &[128, 256, 512], &[128, 256, 512, 1024]);
+    for show in [RenderMode::Shaded, RenderMode::Normal] {
+        for scene in plan.pick(&few[..1], &few[..], &many[..]) {
+            for &resolution in resolutions {
+                let look = Look {
+                    show,
+                    is_close: true,
+                    ..Look::default()
+                };
+                let way = Configuration::of(BRICKS, resolution);
+                all.push(StudyCase::new(*scene, way, Task::Picture(look)));
+            }
+        }
     }
     all
 }

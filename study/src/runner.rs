@@ -1,7 +1,7 @@
 //! Runs cases.
 
 use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
-use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
+use crate::experiment::{CLOSE_SAMPLES, Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{SceneRng, scene};
 use crate::warm_up::warm_up;
 use anyhow::Context;
@@ -183,8 +183,8 @@ fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) ->
     let voxel = world.volume_info().ok().flatten();
     let voxel = voxel.map(|info| info.voxel_grid.voxel_size);
     RenderSettings {
-        samples: 1,
-        ground: false,
+        samples: if look.is_close { CLOSE_SAMPLES } else { 1 },
+        ground: look.is_close && own.ground,
         normals: look.normals,
         lookup_start: way.descent(),
         normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
@@ -216,6 +216,26 @@ fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
         .context("the image data does not match the image size")
 }
 
+/// Returns the settings of the field's image, which is the truth.
+fn exact_settings(field: &World, plan: &Plan, look: &Look) -> RenderSettings {
+    let own = field.render_settings(plan.size(), look.show);
+    let plain = RenderSettings {
+        samples: 1,
+        ground: false,
+        ..own.clone()
+    };
+    if !look.is_close {
+        return plain;
+    }
+    RenderSettings {
+        samples: CLOSE_SAMPLES,
+        ground: own.ground,
+        epsilon: Some(1e-5),
+        normal_bias: Some(2e-4),
+        ..plain
+    }
+}
+
 fn picture(
     world: &World,
     case: &StudyCase,
@@ -245,11 +265,7 @@ fn picture(
         // The reference is the field, rendered by the same device.
         let scene = scene(&case.scene)?;
         let reference = world.engine().build(&scene)?.field();
-        let exact = RenderSettings {
-            samples: 1,
-            ground: false,
-            ..reference.render_settings(plan.size(), look.show)
-        };
+        let exact = exact_settings(&reference, plan, &look);
         let right = measured(&image(reference.render(&camera, &exact)?)?)?;
         out.set("psnr_db", psnr(&right, &seen_own)?.min(200.0));
         out.set("ssim", ssim(&right, &seen_own)?);

@@ -4,7 +4,7 @@ use anyhow::Context;
 use argil::scene::{Brush, Modifier, Scene, Shape};
 
 /// The scenes of the repository, by name.
-const SHIPPED: [(&str, &str); 9] = [
+const SHIPPED: [(&str, &str); 10] = [
     ("brick", include_str!("../../scenes/brick.json")),
     ("teapot", include_str!("../../scenes/teapot.json")),
     ("edgy-cube", include_str!("../../scenes/edgy-cube.json")),
@@ -19,6 +19,7 @@ const SHIPPED: [(&str, &str); 9] = [
     ("csg20", include_str!("../../scenes/csg20.json")),
     ("props", include_str!("../../scenes/props.json")),
     ("temple", include_str!("../../scenes/temple.json")),
+    ("melting", include_str!("../../scenes/melting.json")),
     ("trees", include_str!("../../scenes/trees.json")),
 ];
 

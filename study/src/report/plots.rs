@@ -30,6 +30,7 @@ pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
                 all.push(by_scene(&own, "flip_mean", "FLIP", &title, false));
                 all.push(histograms(&own, device));
             }
+            "convergence" => all.extend(convergence(&own, device)),
             "strides" => all.extend(strides(&own, device)),
             "sweep" => all.push(sweep(&own, device)),
             "edits" => all.extend(edits(&own, device)),
@@ -348,6 +349,22 @@ fn strides(own: &[&Record], device: &str) -> Vec<String> {
     let axes = axes(&title, "texture stride", "FLIP", true, false);
     all.push(lines(axes, &points));
     all
+}
+
+/// Plots the error of images over the resolution: a plot per render mode, a line per scene.
+fn convergence(own: &[&Record], device: &str) -> Vec<String> {
+    let modes = [("shaded", "with light"), ("normal", "normals")];
+    let plot = |(mode, words): (&str, &str)| {
+        let of_mode = |r: &&&Record| r.parameters.get("show").is_some_and(|v| v == mode);
+        let own: Vec<&Record> = own.iter().filter(of_mode).copied().collect();
+        let title = format!("Image error, {words}, {device}");
+        let x = "voxels along the longest side";
+        lines(
+            axes(&title, x, "FLIP", true, true),
+            &along(&own, "resolution", "flip_mean"),
+        )
+    };
+    modes.map(plot).to_vec()
 }
 
 fn memory(own: &[&Record], device: &str) -> String {

@@ -92,7 +92,7 @@ const LOST: &[Column] = &[
 pub(super) fn table_of(name: &str, records: &[&Record], several: bool) -> String {
     let columns = match name {
         "construction" | "dense-fill" | "memory" => BUILDS,
-        "fidelity" | "normals" => IMAGE_ERROR_COLUMNS,
+        "fidelity" | "convergence" | "normals" => IMAGE_ERROR_COLUMNS,
         "strides" | "stored" => ERRORS,
         "edits" => EDITS,
         "triangles" => SURFACES,

@@ -14,6 +14,7 @@ const SENTENCES: &[(&str, Sentence)] = &[
     ("cameras", frames),
     ("heat", heat),
     ("fidelity", fidelity),
+    ("convergence", convergence),
     ("normals", normals),
     ("strides", strides),
     ("center", center),
@@ -144,6 +145,29 @@ fn fidelity(own: &[&Record]) -> Option<String> {
         "the FLIP error against the field, rendered as normals, is {} for dense volumes, {} for sparse bricks, {faces} for triangles with face normals, and {smooth} for triangles with the field's normals.",
         spread(via(own, "dense"), "flip_mean")?,
         spread(via(own, "bricks"), "flip_mean")?
+    ))
+}
+
+/// Counts the images whose error falls with each doubling of the resolution.
+fn convergence(own: &[&Record]) -> Option<String> {
+    let mut errors = std::collections::BTreeMap::<_, Vec<(f64, f64)>>::new();
+    for record in own {
+        let of = (
+            record.scene.as_str(),
+            record.parameters.get("show")?.as_str()?,
+        );
+        let error = (record.parameter("resolution")?, record.value("flip_mean")?);
+        errors.entry(of).or_default().push(error);
+    }
+    let falls = |points: &mut Vec<(f64, f64)>| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points.len() > 1 && points.windows(2).all(|pair| pair[1].1 < pair[0].1)
+    };
+    let images = errors.len();
+    let falling = errors.values_mut().filter_map(|p| falls(p).then_some(()));
+    Some(format!(
+        "the FLIP error of bricks against the field falls with each doubling of the resolution in {} of {images} images, with light and with normals.",
+        falling.count()
     ))
 }
 
