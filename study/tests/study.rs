@@ -150,6 +150,40 @@ fn failures_are_reported_in_their_place() {
     }
 }
 
+/// An image counts only if its error falls with each doubling.
+#[test]
+fn images_that_converge_are_counted() {
+    let record = |(scene, resolution, flip): &(&str, u32, f64)| Record {
+        experiment: "convergence".into(),
+        case: format!("{scene}/bricks-{resolution}/picture"),
+        scene: (*scene).into(),
+        via: "bricks".into(),
+        parameters: [
+            ("resolution".to_owned(), (*resolution).into()),
+            ("show".to_owned(), "shaded".into()),
+        ]
+        .into(),
+        values: [("flip_mean".to_owned(), *flip)].into(),
+        ..Record::default()
+    };
+    let cases = [
+        ("teapot", 512, 0.01),
+        ("teapot", 128, 0.04),
+        ("teapot", 256, 0.02),
+        ("props", 128, 0.04),
+        ("props", 256, 0.01),
+        ("props", 512, 0.02),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("records.jsonl");
+    let line = |case| serde_json::to_string(&record(case)).expect("JSON") + "\n";
+    fs::write(&file, cases.iter().map(line).collect::<String>()).expect("a file");
+    let out = folder.path().join("findings.md");
+    findings(&[file], &out).expect("findings");
+    let page = fs::read_to_string(out).expect("a page");
+    assert!(page.contains("resolution in 1 of 2 images"), "{page}");
+}
+
 #[test]
 fn impossible_studies_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
