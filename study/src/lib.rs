@@ -16,6 +16,7 @@ mod record;
 mod report;
 mod runner;
 mod scenes;
+mod views;
 mod warm_up;
 
 use anyhow::Context;

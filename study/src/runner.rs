@@ -1,13 +1,14 @@
 //! Runs cases.
 
 use crate::configuration::{Configuration, ConfigurationKind, DENSE, MESH};
-use crate::experiment::{CLOSE_SAMPLES, Look, Plan, StudyCamera, StudyCase, Task};
+use crate::experiment::{Look, Plan, StudyCamera, StudyCase, Task};
 use crate::scenes::{SceneRng, scene};
+use crate::views::{camera, exact_settings, settings};
 use crate::warm_up::warm_up;
 use anyhow::Context;
 use argil::glam::Vec3;
-use argil::render::{Camera, RenderMode, RenderSettings};
-use argil::scene::{Brush, CameraPose, Scene, Shape};
+use argil::render::{RenderMode, RenderSettings};
+use argil::scene::{Brush, Scene, Shape};
 use argil::volume::Volume;
 use argil::{
     Engine, MeshMethod, MeshNormals, MeshOptions, Orbit, RenderedImage, Representation, World,
@@ -133,14 +134,6 @@ fn resolved(way: Configuration, engine: &Engine, scene: &Scene) -> anyhow::Resul
     Ok(Configuration::of(MESH, resolution as u32))
 }
 
-fn camera(world: &World, eye: StudyCamera) -> Camera {
-    match eye {
-        StudyCamera::Outside => world.camera(),
-        StudyCamera::Inside => world.camera_at(CameraPose::Orbit([25.0, 10.0, 0.3])),
-        StudyCamera::Grazing => world.camera_at(CameraPose::Orbit([70.0, 3.0, 0.9])),
-    }
-}
-
 fn frames(
     world: &World,
     plan: &Plan,
@@ -178,26 +171,6 @@ fn frames(
     out.about(world)
 }
 
-fn settings(world: &World, plan: &Plan, (way, look): (&Configuration, &Look)) -> RenderSettings {
-    let own = world.render_settings(plan.size(), look.show);
-    let voxel = world.volume_info().ok().flatten();
-    let voxel = voxel.map(|info| info.voxel_grid.voxel_size);
-    RenderSettings {
-        samples: if look.is_close { CLOSE_SAMPLES } else { 1 },
-        ground: look.is_close && own.ground,
-        normals: look.normals,
-        lookup_start: way.descent(),
-        normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
-        // The study's limit, which its colors represent.
-        max_steps: if look.show == RenderMode::Heat {
-            256
-        } else {
-            own.max_steps
-        },
-        ..own
-    }
-}
-
 fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
     let [width, height] = drawn.size;
     RgbImage::from_raw(width, height, drawn.rgb)
@@ -214,26 +187,6 @@ fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
     let [width, height] = own.size();
     RgbImage::from_raw(width, height, own.rgb().to_vec())
         .context("the image data does not match the image size")
-}
-
-/// Returns the settings of the field's image, which is the truth.
-fn exact_settings(field: &World, plan: &Plan, look: &Look) -> RenderSettings {
-    let own = field.render_settings(plan.size(), look.show);
-    let plain = RenderSettings {
-        samples: 1,
-        ground: false,
-        ..own.clone()
-    };
-    if !look.is_close {
-        return plain;
-    }
-    RenderSettings {
-        samples: CLOSE_SAMPLES,
-        ground: own.ground,
-        epsilon: Some(1e-5),
-        normal_bias: Some(2e-4),
-        ..plain
-    }
 }
 
 fn picture(

@@ -12,6 +12,9 @@ fn exact_normals(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let ray = primary_ray(id.x, y);
+    if any(clip_normal(ray, hit.normal_t.w) != vec3(0.0)) {
+        return;
+    }
     let normal = field_normal(ray.origin + ray.direction * hit.normal_t.w, select(1.0, -1.0, hit.kind == HIT_INSIDE));
     if any(normal != vec3(0.0)) {
         hits[at].normal_t = vec4(normal, hit.normal_t.w);

@@ -5,10 +5,13 @@ use crate::bricks::voxel_intersect::NearLanes;
 use crate::probe::FieldProbe;
 use crate::ray_batch::{Points, RayBatch};
 use crate::tile::Tile;
-use crate::trace::{central_difference_points, intersect_ground, set_normals};
+use crate::trace::{
+    central_difference_points, face_clips, intersect_ground, set_clip_normal, set_normals,
+};
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::LANES;
-use argil_math::set_indices;
+use argil_math::{Ray, set_indices};
+use glam::Vec3;
 use std::ops::Range;
 
 /// Bricks that rays march through.
@@ -72,9 +75,12 @@ pub(crate) fn march(
                 if found.reached[i] != 0 {
                     hit.kind = kind_of(wave.side[ray]);
                     hit.id = 1 + wave.level[ray];
-                    // Where the box clips a solid, or there is no brick: toward the viewer.
+                    // Without a brick: toward the viewer.
                     let [x, y, z] = [0, 1, 2].map(|axis: usize| -wave.direction[axis][ray]);
                     hit.normal_t = [x, y, z, wave.t[ray]];
+                    if steps == 1 {
+                        face_clip(frame, wave, ray, hit);
+                    }
                 }
                 wave.retire(ray);
             }
@@ -99,8 +105,19 @@ pub(crate) fn finish(
         central_difference_points(frame, tile, hits, points, out);
         probe.measure(points);
         set_normals(frame, tile, hits, points, out);
+        face_clips(frame, tile, hits, out);
     }
     intersect_ground(frame, tile, out);
+}
+
+/// Sets the normal of a ray that hit with its first step, where the box clips a solid.
+#[cold]
+fn face_clip(frame: &FrameUniform, wave: &RayBatch, ray: usize, hit: &mut Hit) {
+    let own = Ray {
+        origin: Vec3::from(frame.eye),
+        direction: Vec3::from([0, 1, 2].map(|axis: usize| wave.direction[axis][ray])),
+    };
+    set_clip_normal(frame, own, hit);
 }
 
 fn kind_of(side: f32) -> u32 {
@@ -149,6 +166,9 @@ fn intersect_near_rays(
                 hit.id = 1 + wave.level[ray];
                 let [x, y, z] = [0, 1, 2].map(|axis: usize| lanes.normal[axis][i]);
                 hit.normal_t = [x, y, z, lanes.t[i]];
+                if steps == 1 {
+                    face_clip(frame, wave, ray, hit);
+                }
                 wave.retire(ray);
             } else if lanes.t[i] > wave.end[ray] || steps >= frame.max_steps {
                 end(wave, ray, out);

@@ -102,6 +102,21 @@ pub(crate) fn bounds_of(frame: &FrameUniform) -> Aabb {
     Aabb::new(Vec3::new(ax, ay, az), Vec3::new(bx, by, bz))
 }
 
+/// Returns the normal of the box's side where a ray enters, if the ray ends right there: the box clips a solid.
+pub(crate) fn clip_normal(frame: &FrameUniform, ray: Ray, t: f32) -> Option<Vec3> {
+    let bounds = bounds_of(frame);
+    let (near, _) = ray.span(bounds)?;
+    if near <= 0.0 || t > near {
+        return None;
+    }
+    let p = ray.at(near);
+    let from_side = (p - bounds.min).abs().min((p - bounds.max).abs());
+    let axis = from_side.min_position();
+    let mut normal = Vec3::ZERO;
+    normal[axis] = if ray.direction[axis] < 0.0 { 1.0 } else { -1.0 };
+    Some(normal)
+}
+
 /// Returns the direction through a position in the image, in pixels.
 pub(crate) fn through(frame: &FrameUniform, x: f32, y: f32) -> Vec3 {
     let u = x / frame.width as f32 * 2.0 - 1.0;

@@ -27,3 +27,18 @@ fn box_span(ray: Ray) -> vec2<f32> {
     let high = max(a, c);
     return vec2(max(max(low.x, max(low.y, low.z)), 0.0), min(high.x, min(high.y, high.z)));
 }
+
+// Returns the normal of the box's side where a ray enters, if the ray ends right there: the box clips a solid. Else zero.
+fn clip_normal(ray: Ray, t: f32) -> vec3<f32> {
+    let near = box_span(ray).x;
+    if near <= 0.0 || t > near {
+        return vec3(0.0);
+    }
+    let p = ray.origin + ray.direction * near;
+    let from_side = min(abs(p - frame.box_min), abs(p - frame.box_max));
+    let toward = select(vec3(-1.0), vec3(1.0), ray.direction < vec3(0.0));
+    if from_side.x <= min(from_side.y, from_side.z) {
+        return vec3(toward.x, 0.0, 0.0);
+    }
+    return select(vec3(0.0, 0.0, toward.z), vec3(0.0, toward.y, 0.0), from_side.y <= from_side.z);
+}

@@ -13,7 +13,8 @@ use crate::source::{RayTracer, RenderSource};
 use crate::tile::Tile;
 use crate::tile_buffers::TileScratch;
 use crate::trace::{
-    TraceState, central_difference_points, end_rays, intersect_ground, set_normals, start_rays,
+    TraceState, central_difference_points, end_rays, face_clips, intersect_ground, set_normals,
+    start_rays,
 };
 use argil_abi::{FrameUniform, Hit};
 use argil_field::LANES;
@@ -76,6 +77,7 @@ fn trace_dense(
 
     // March until every ray has hit, left the box, or used its steps.
     let mut steps = 0;
+    let mut at_entry = 0;
     while wave.len() > 0 {
         steps += 1;
         let count = wave.len();
@@ -91,6 +93,9 @@ fn trace_dense(
                 }
             }
             end_rays(wave, first, steps, &found, hits, out);
+        }
+        if steps == 1 {
+            at_entry = hits.len();
         }
         wave.compact();
     }
@@ -112,6 +117,7 @@ fn trace_dense(
         }
     }
     set_normals(frame, tile, hits, points, out);
+    face_clips(frame, tile, &hits[..at_entry], out);
     intersect_ground(frame, tile, out);
 }
 

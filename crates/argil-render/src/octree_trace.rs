@@ -2,7 +2,7 @@
 
 use crate::camera::{bounds_of, primary_ray};
 use crate::tile::Tile;
-use crate::trace::intersect_ground;
+use crate::trace::{intersect_ground, set_clip_normal};
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_math::Ray;
 use glam::Vec3;
@@ -83,6 +83,7 @@ pub(crate) fn trace_volume(
         if hit.kind != abi::HIT_NONE && hit.id == 0 {
             let [x, y, z] = normal(frame, ray, hit, volume).to_array();
             hit.normal_t = [x, y, z, hit.normal_t[3]];
+            set_clip_normal(frame, ray, hit);
         }
     }
     intersect_ground(frame, tile, out);

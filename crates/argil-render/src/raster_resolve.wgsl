@@ -1,7 +1,7 @@
 // Converts drawn triangles to hits, one pixel per thread. GPU version of raster.rs, together with raster_draw.wgsl.
 
 // Hits already have their normals.
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
     return hit.normal_t.xyz;
 }
 

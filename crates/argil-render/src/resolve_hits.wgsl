@@ -18,7 +18,7 @@ fn resolve_hits(@builtin(global_invocation_id) id: vec3<u32>) {
         t = hit.normal_t.w;
         normal = hit.normal_t.xyz;
         if hit.id == 0u {
-            normal = surface_normal(hit, ray.origin + ray.direction * t);
+            normal = surface_normal(hit, ray);
         }
         // If all differences are equal, the normal faces the viewer.
         if all(normal == vec3(0.0)) {

@@ -1,6 +1,6 @@
 //! Primary rays through the field. `trace.wgsl` is the twin.
 
-use crate::camera::primary_ray;
+use crate::camera::{clip_normal, primary_ray};
 use crate::probe::FieldProbe;
 use crate::ray_batch::{Points, RETIRED, RayBatch, RaySetup};
 use crate::source::{RayTracer, RenderSource};
@@ -8,7 +8,7 @@ use crate::tile::{TILE_WIDTH, Tile};
 use crate::tile_buffers::TileScratch;
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::LANES;
-use argil_math::set_indices;
+use argil_math::{Ray, set_indices};
 use glam::Vec3;
 use multiversion::multiversion;
 
@@ -253,6 +253,24 @@ pub(crate) fn set_normal(
         let [x, y, z] = (-primary_ray(frame, x, y).direction).to_array();
         [x, y, z, t]
     };
+}
+
+/// Sets the normal of a hit where the box clips a solid.
+pub(crate) fn set_clip_normal(frame: &FrameUniform, ray: Ray, hit: &mut Hit) {
+    let t = hit.normal_t[3];
+    if hit.kind == abi::HIT_OUTSIDE
+        && let Some(normal) = clip_normal(frame, ray, t)
+    {
+        hit.normal_t = normal.extend(t).to_array();
+    }
+}
+
+/// Sets the normals of hits where the box clips a solid.
+pub(crate) fn face_clips(frame: &FrameUniform, tile: Tile, hits: &[u32], out: &mut [Hit]) {
+    for &pixel in hits {
+        let (x, y) = tile.pixel(pixel as usize);
+        set_clip_normal(frame, primary_ray(frame, x, y), &mut out[pixel as usize]);
+    }
 }
 
 /// Intersects the ground where it is nearer.

@@ -1,7 +1,7 @@
 // GPU version of trace.rs, one pixel per thread.
 
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
-    return field_normal(p, select(1.0, -1.0, hit.kind == HIT_INSIDE));
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
+    return field_normal(ray.origin + ray.direction * hit.normal_t.w, select(1.0, -1.0, hit.kind == HIT_INSIDE));
 }
 
 // Marches until the ray hits, leaves the box, or has used its steps or those of this dispatch. Between dispatches,

@@ -29,7 +29,12 @@ fn walk_kind(walk: SurfaceStep) -> u32 {
     return select(HIT_OUTSIDE, HIT_INSIDE, walk.side < 0.0);
 }
 
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
+    let clip = clip_normal(ray, hit.normal_t.w);
+    if hit.kind == HIT_OUTSIDE && any(clip != vec3(0.0)) {
+        return clip;
+    }
+    let p = ray.origin + ray.direction * hit.normal_t.w;
     let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
     let h = frame.normal_bias;
     let n = vec3(

@@ -95,6 +95,10 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     if all(normal == vec3(0.0)) {
         normal = -ray.direction;
     }
+    let clip = clip_normal(ray, t);
+    if kind == HIT_OUTSIDE && any(clip != vec3(0.0)) {
+        normal = clip;
+    }
     if kind == HIT_NONE {
         normal = vec3(0.0);
         t = 0.0;

@@ -73,6 +73,6 @@ fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
 }
 
 // `march` has already computed it.
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
     return hit.normal_t.xyz;
 }

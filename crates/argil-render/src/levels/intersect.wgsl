@@ -76,6 +76,6 @@ fn level_normal(found: LevelCell, side: f32) -> vec3<f32> {
 }
 
 // `march` has already computed it.
-fn surface_normal(hit: Hit, p: vec3<f32>) -> vec3<f32> {
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
     return hit.normal_t.xyz;
 }
