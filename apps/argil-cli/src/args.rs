@@ -9,7 +9,7 @@ use argil::mesh::UpAxis;
 use argil::render::{LookupStart, NormalSource, RenderMode};
 use argil::scene::CameraPose;
 use argil::volume::{BrickTest, SampleFormat};
-use argil::{Backend, MeshMethod, MeshNormals, Representation};
+use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, Representation};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -169,13 +169,31 @@ pub(crate) struct VolumeArgs {
     pub fill: Option<DenseFill>,
 }
 
+/// How volumes for other programs are written.
+#[derive(Args)]
+#[command(next_help_heading = "Volumes for other programs")]
+pub(crate) struct ExportArgs {
+    /// What values mean [default: level-set]
+    #[arg(long, value_enum)]
+    pub class: Option<ExportClass>,
+    /// .vdb: how values are compressed [default: none]
+    #[arg(long, value_enum)]
+    pub codec: Option<ExportCodec>,
+    /// .vdb: also write the materials' colors, as a grid named Cd
+    #[arg(long)]
+    pub colors: bool,
+}
+
 #[derive(Args)]
 pub(crate) struct BakeArgs {
     /// A scene file, or a volume file, whose scene is built again
     pub scene: PathBuf,
-    /// Output volume; without it, the volume is only timed
+    /// Output: .argil for Argil, or .vdb, .nvdb, .npy, .nrrd or .raw for other programs; without it, the volume is only
+    /// timed
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub export: ExportArgs,
     /// What to build [default: bricks, or dense with --mips or --fill]
     #[arg(long, value_parser = RepresentationsExcept(&["field", "levels", "mesh"]))]
     pub via: Option<Representation>,

@@ -8,6 +8,9 @@ use argil::{BricksOptions, DenseOptions, Representation, World};
 use serde_json::{Map, Value, json};
 
 pub(crate) fn run(options: &BakeArgs) -> anyhow::Result<()> {
+    if let (Some(format), Some(path)) = (crate::export::format_of(options)?, &options.output) {
+        return crate::export::run(options, path, format);
+    }
     let dense = options.volume.mips || options.volume.fill.is_some();
     let via = options.via.unwrap_or(if dense {
         DenseOptions::default().into()

@@ -7,6 +7,7 @@ mod companion;
 mod compare;
 mod devices;
 mod edit;
+mod export;
 mod failure;
 mod import;
 mod info;

@@ -6,6 +6,7 @@ mod bricks;
 mod dense;
 mod encoding;
 mod file;
+mod level_set;
 mod levels;
 mod mip_sampler;
 mod octree;
@@ -25,6 +26,7 @@ pub use bricks::{
 pub use dense::Dense;
 pub use encoding::{Band, Encoding, SampleFormat, Texel};
 pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
+pub use level_set::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
 pub use levels::{
     FLAT_CELL, FillStats, LeafCell, LevelLanes, LevelSampler, Levels, LevelsLayout,
     LevelsPendingEdits, LightLevels, NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageAim,

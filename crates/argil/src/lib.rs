@@ -9,6 +9,8 @@ mod edit_report;
 mod edit_session;
 mod engine;
 mod error;
+#[cfg(feature = "volume-files")]
+mod export;
 mod field_mesh;
 mod heightmap;
 mod image;
@@ -36,6 +38,8 @@ pub use argil_math as math;
 pub use argil_mesh as mesh;
 pub use argil_render as render;
 pub use argil_scene as scene;
+#[cfg(feature = "volume-files")]
+pub use argil_vdb as vdb;
 pub use argil_volume as volume;
 pub use glam;
 
@@ -45,6 +49,10 @@ pub use cast::RayHit;
 pub use edit_report::{EditBudget, EditReport, RebuildReason};
 pub use engine::{Backend, Engine};
 pub use error::{BuildError, EngineError, GridError, ImageFileError, RenderError, VolumeFileError};
+#[cfg(feature = "volume-files")]
+pub use export::{
+    ExportClass, ExportCodec, ExportError, ExportFormat, ExportOptions, ExportReport,
+};
 pub use field_mesh::MeshMethod;
 pub use image::RenderedImage;
 #[cfg(feature = "png")]

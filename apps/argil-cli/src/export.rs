@@ -1,0 +1,108 @@
+//! `argil bake -o` for other programs.
+
+use crate::args::BakeArgs;
+use crate::{input, output};
+use anyhow::{Context, ensure};
+use argil::{ExportFormat, ExportOptions};
+use serde_json::{Map, json};
+use std::path::Path;
+
+/// Returns the format of an output file for other programs. `None` for a volume of Argil.
+pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<ExportFormat>> {
+    let format = options.output.as_deref().and_then(ExportFormat::from_path);
+    let own = &options.export;
+    ensure!(
+        format.is_some() || (own.class.is_none() && own.codec.is_none() && !own.colors),
+        "--class, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd or .raw"
+    );
+    Ok(format)
+}
+
+/// Rejects flags that do not apply to the format.
+fn check_flags(options: &BakeArgs, ending: &str) -> anyhow::Result<()> {
+    let volume = &options.volume;
+    let others = [
+        (options.via.is_some(), "--via"),
+        (volume.mips, "--mips"),
+        (volume.stride.is_some(), "--stride"),
+        (volume.brick.is_some(), "--brick"),
+        (volume.memory_budget.is_some(), "--memory-budget"),
+        (volume.pixel_error.is_some(), "--pixel-error"),
+        (volume.depth.is_some(), "--depth"),
+        (volume.keep.is_some(), "--keep"),
+        (volume.descent.is_some(), "--descent"),
+        (volume.sort.is_some(), "--sort"),
+        (volume.method.is_some(), "--method"),
+        (volume.flat, "--flat"),
+        (volume.fill.is_some(), "--fill"),
+        (options.repeat > 1, "--repeat"),
+        (options.count_lost, "--count-lost"),
+    ];
+    for (is_given, flag) in others {
+        ensure!(
+            !is_given,
+            "{flag}: a .{ending} file is sampled from the field; omit it"
+        );
+    }
+    Ok(())
+}
+
+pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyhow::Result<()> {
+    output::check_place(path, &options.scene)?;
+    check_flags(options, format.extension())?;
+    let volume = &options.volume;
+    let default = ExportOptions::default();
+    let how = ExportOptions {
+        resolution: volume.resolution.unwrap_or(default.resolution),
+        voxel_size: volume.voxel_size,
+        class: options.export.class.unwrap_or_default(),
+        half_width_voxels: volume.band.unwrap_or(default.half_width_voxels),
+        bits: volume.bits.map_or(default.bits, |bits| 8 * bits.bytes() as u32),
+        codec: options.export.codec.unwrap_or_default(),
+        colors: options.export.colors,
+    };
+    let engine = input::engine(&options.on)?;
+    let mut scene = input::scene(&options.scene, options.on.allow_external_meshes)?;
+    input::set_time(&mut scene, options.time, &options.scene)?;
+    input::spare_meshes(&scene, &options.scene, Some(path))?;
+    let place = || options.scene.display().to_string();
+    let world = engine.build(&scene).with_context(place)?.field();
+    let report = world.export(path, &how).with_context(place)?;
+    if report.is_clipped {
+        let box_text = "the scene is infinite, and is cut off at its box";
+        eprintln!(
+            "warning: {}: {box_text}: set view.bounds to choose another",
+            place()
+        );
+    }
+    let bytes = std::fs::metadata(path).map_or(0, |file| file.len());
+    let stages: Map<_, _> = report
+        .stages_ms
+        .iter()
+        .map(|(stage, ms)| (stage.to_string(), json!(ms)))
+        .collect();
+    let all = json!({
+        "volume": path.display().to_string(),
+        "brushes": world.program().brush_count(),
+        "export_ms": report.duration_ms,
+        "stages_ms": stages,
+        "voxel": report.voxel_size,
+        "first_voxel": report.bounds.map(|[low, _]| low),
+        "last_voxel": report.bounds.map(|[_, high]| high),
+        "voxels": report.voxels,
+        "file_bytes": bytes,
+    });
+    if options.json {
+        output::json(&all);
+        return Ok(());
+    }
+    output::line(&path.display().to_string());
+    output::line(&format!(
+        "{} voxels in {:.1} ms, {} bytes",
+        report.voxels, report.duration_ms, bytes
+    ));
+    for key in ["voxel", "first_voxel", "last_voxel", "stages_ms"] {
+        output::pair(key, &all[key]);
+    }
+    Ok(())
+}
