@@ -57,7 +57,9 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyh
         voxel_size: volume.voxel_size,
         class: options.export.class.unwrap_or_default(),
         half_width_voxels: volume.band.unwrap_or(default.half_width_voxels),
-        bits: volume.bits.map_or(default.bits, |bits| 8 * bits.bytes() as u32),
+        bits: volume
+            .bits
+            .map_or(default.bits, |bits| 8 * bits.bytes() as u32),
         codec: options.export.codec.unwrap_or_default(),
         colors: options.export.colors,
     };

@@ -97,15 +97,37 @@ fn flood_leaf<V: Voxel>(leaf: &mut Leaf<V>, background: V) {
         leaf.values.fill(signed(background, is_inside));
         return;
     };
-    let Leaf { active, values, .. } = leaf;
-    let begin = values[first].is_negative();
-    let own = values.clone();
-    flood(
-        8,
-        begin,
-        |at| active.is_on(at).then(|| own[at].is_negative()),
-        |at, is_inside| values[at] = signed(background, is_inside),
-    );
+    let [inside, outside] = [true, false].map(|is| signed(background, is));
+    let mut along_x = leaf.values[first].is_negative();
+    for (word, layer) in leaf
+        .active
+        .0
+        .iter()
+        .zip(leaf.values.as_chunks_mut::<64>().0)
+    {
+        if *word == u64::MAX {
+            along_x = layer[0].is_negative();
+            continue;
+        }
+        if word & 1 != 0 {
+            along_x = layer[0].is_negative();
+        }
+        let mut along_y = along_x;
+        for (y, row) in layer.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+            let active = word >> (8 * y) & 0xff;
+            if active & 1 != 0 {
+                along_y = row[0].is_negative();
+            }
+            let mut along_z = along_y;
+            for (z, value) in row.iter_mut().enumerate() {
+                if active >> z & 1 != 0 {
+                    along_z = value.is_negative();
+                } else {
+                    *value = if along_z { inside } else { outside };
+                }
+            }
+        }
+    }
 }
 
 fn flood_lower<V: Voxel>(lower: &mut Lower<V>, background: V) {

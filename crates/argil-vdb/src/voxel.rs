@@ -22,6 +22,14 @@ pub trait Voxel: Copy + PartialEq + Default + Send + Sync + std::fmt::Debug + 's
     fn write(self, out: &mut Vec<u8>);
     /// Appends the value to bytes, with 16 bits for each component.
     fn write_half(self, out: &mut Vec<u8>);
+    /// Appends values to bytes, little-endian.
+    fn write_all(values: &[Self], out: &mut Vec<u8>) {
+        values.iter().for_each(|value| value.write(out));
+    }
+    /// Appends values with 16 bits for each component.
+    fn write_all_half(values: &[Self], out: &mut Vec<u8>) {
+        values.iter().for_each(|value| value.write_half(out));
+    }
     /// Reads a value from [`Voxel::BYTES`] bytes.
     fn read(bytes: &[u8]) -> Self;
     /// Reads a value with 16 bits for each component.
@@ -61,6 +69,24 @@ impl Voxel for f32 {
     #[inline]
     fn write_half(self, out: &mut Vec<u8>) {
         out.extend(f16::from_f32(self).to_le_bytes());
+    }
+
+    fn write_all(values: &[Self], out: &mut Vec<u8>) {
+        let begin = out.len();
+        out.resize(begin + 4 * values.len(), 0);
+        let places = out[begin..].as_chunks_mut::<4>().0;
+        for (place, value) in places.iter_mut().zip(values) {
+            *place = value.to_le_bytes();
+        }
+    }
+
+    fn write_all_half(values: &[Self], out: &mut Vec<u8>) {
+        let begin = out.len();
+        out.resize(begin + 2 * values.len(), 0);
+        let places = out[begin..].as_chunks_mut::<2>().0;
+        for (place, value) in places.iter_mut().zip(values) {
+            *place = f16::from_f32(*value).to_le_bytes();
+        }
     }
 
     #[inline]

@@ -164,6 +164,11 @@ pub enum ExportError {
     },
 }
 
+/// What volumes are written to. Code for a trait object is compiled with this crate, not with its caller.
+trait ExportSink: Write + Seek {}
+
+impl<W: Write + Seek> ExportSink for W {}
+
 /// Measures stages.
 struct ExportStages {
     begin: Instant,
@@ -215,7 +220,7 @@ impl World {
         };
         let mut result = None;
         let written = argil_scene::write_atomically(path, |out| {
-            let report = self.export_to(out, format, options);
+            let report = self.export_any(out, format, options);
             let failure = match &report {
                 Ok(_) => Ok(()),
                 Err(error) => Err(std::io::Error::other(error.to_string())),
@@ -253,6 +258,15 @@ impl World {
         format: ExportFormat,
         options: &ExportOptions,
     ) -> Result<ExportReport, ExportError> {
+        self.export_any(out, format, options)
+    }
+
+    fn export_any(
+        &self,
+        mut out: &mut dyn ExportSink,
+        format: ExportFormat,
+        options: &ExportOptions,
+    ) -> Result<ExportReport, ExportError> {
         check(format, options)?;
         let now = Instant::now();
         let mut stages = ExportStages {
@@ -273,8 +287,8 @@ impl World {
         };
         let what = (format, options);
         let (bounds, voxels) = match format.is_sparse() {
-            true => sparse::write(self, layout, what, out, &mut stages)?,
-            false => dense::write(self, layout, what, out, &mut stages)?,
+            true => sparse::write(self, layout, what, &mut out, &mut stages)?,
+            false => dense::write(self, layout, what, &mut out, &mut stages)?,
         };
         self.engine().control.end();
         Ok(ExportReport {

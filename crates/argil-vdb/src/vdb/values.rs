@@ -79,10 +79,12 @@ impl<V: Voxel> Packing<V> {
         }
         if let Some(second) = second {
             let mut select = Mask::<N>::default();
-            for place in 0..64 * N {
-                if !active.is_on(place) && values[place] == second {
-                    select.set(place, true);
+            let words = select.0.iter_mut().zip(&active.0);
+            for ((word, active), values) in words.zip(values.as_chunks::<64>().0) {
+                for (bit, &value) in values.iter().enumerate() {
+                    *word |= u64::from(value == second) << bit;
                 }
+                *word &= !active;
             }
             select.write(out);
         }
@@ -101,25 +103,29 @@ impl<V: Voxel> Packing<V> {
         } else {
             &mut bytes
         };
-        let mut put = |own: V| match self.is_half {
-            true => own.write_half(packed),
-            false => own.write(packed),
+        let mut put = |values: &[V]| match self.is_half {
+            true => V::write_all_half(values, packed),
+            false => V::write_all(values, packed),
         };
         match only {
             Some(active) => {
+                let mut chosen = [V::default(); 64];
                 for (word, values) in active.0.iter().zip(values.as_chunks::<64>().0) {
-                    let mut left = *word;
-                    if left == u64::MAX {
-                        values.iter().for_each(|&own| put(own));
-                        continue;
+                    // Each value is copied, and counted only if it is active.
+                    let mut count = 0;
+                    for (bit, &value) in values.iter().enumerate() {
+                        chosen[count] = value;
+                        count += (word >> bit & 1) as usize;
+                        count &= 63;
                     }
-                    while left != 0 {
-                        put(values[left.trailing_zeros() as usize]);
-                        left &= left - 1;
+                    match *word {
+                        0 => {}
+                        u64::MAX => put(values),
+                        _ => put(&chosen[..count]),
                     }
                 }
             }
-            None => values.iter().for_each(|&own| put(own)),
+            None => put(values),
         }
         // Without values, 16-bit ones have no length either.
         if self.codec != Codec::None && !(self.is_half && bytes.is_empty()) {

@@ -2,8 +2,8 @@
 
 use super::sparse::Written;
 use super::{
-    ExportClass, ExportError, ExportFormat, ExportOptions, ExportReport, ExportStages, density,
-    write_failed,
+    ExportClass, ExportError, ExportFormat, ExportOptions, ExportReport, ExportSink, ExportStages,
+    density, write_failed,
 };
 use crate::World;
 use argil_field::Grid;
@@ -22,7 +22,7 @@ pub(super) fn write(
     world: &World,
     layout: LevelSetLayout,
     (format, options): (ExportFormat, &ExportOptions),
-    out: &mut impl Write,
+    out: &mut &mut dyn ExportSink,
     stages: &mut ExportStages,
 ) -> Result<Written, ExportError> {
     let voxel = layout.voxel_size;

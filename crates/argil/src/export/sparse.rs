@@ -1,7 +1,8 @@
 //! `.vdb` and `.nvdb`.
 
 use super::{
-    ExportClass, ExportError, ExportFormat, ExportOptions, ExportStages, density, write_failed,
+    ExportClass, ExportError, ExportFormat, ExportOptions, ExportSink, ExportStages, density,
+    write_failed,
 };
 use crate::World;
 use argil_vdb::nvdb::{self, NanoType};
@@ -9,7 +10,6 @@ use argil_vdb::vdb::{self, WriteOptions};
 use argil_vdb::{AnyGrid, Grid, GridClass, GridHeader, Leaf, Mask, Transform, Tree, Upper};
 use argil_volume::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
 use rayon::prelude::*;
-use std::io::{Seek, Write};
 
 /// Voxels along the side of an upper node.
 const UPPER_VOXELS: u32 = 4096;
@@ -21,7 +21,7 @@ pub(super) fn write(
     world: &World,
     layout: LevelSetLayout,
     (format, options): (ExportFormat, &ExportOptions),
-    out: &mut (impl Write + Seek),
+    out: &mut &mut dyn ExportSink,
     stages: &mut ExportStages,
 ) -> Result<Written, ExportError> {
     let control = &world.engine().control;
