@@ -73,3 +73,17 @@ pub(crate) fn orbit(text: &str) -> Result<CameraPose, String> {
     placement.check().map_err(|fault| fault.reason)?;
     Ok(placement)
 }
+
+pub(crate) fn shape(text: &str) -> Result<[u32; 3], String> {
+    three(text).ok_or_else(|| "expected X,Y,Z, such as 64,64,32".into())
+}
+
+pub(crate) fn point(text: &str) -> Result<[f32; 3], String> {
+    let point = three::<f32>(text).filter(|point| point.iter().all(|c| c.is_finite()));
+    point.ok_or_else(|| "expected X,Y,Z, such as 0,-1.5,2".into())
+}
+
+fn three<T: std::str::FromStr>(text: &str) -> Option<[T; 3]> {
+    let numbers: Result<Vec<T>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    <[T; 3]>::try_from(numbers.ok()?).ok()
+}

@@ -1,7 +1,8 @@
 //! The command line.
 
 use crate::arg_values::{
-    bits, brick_size, orbit, pixels, pixels_per_degree, positive, seconds, size, voxels,
+    bits, brick_size, orbit, pixels, pixels_per_degree, point, positive, seconds, shape, size,
+    voxels,
 };
 use crate::representation_parser::RepresentationsExcept;
 use argil::gpu::{BrickOrdering, DenseFill};
@@ -9,7 +10,7 @@ use argil::mesh::UpAxis;
 use argil::render::{LookupStart, NormalSource, RenderMode};
 use argil::scene::CameraPose;
 use argil::volume::{BrickTest, SampleFormat};
-use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, Representation};
+use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, RawType, Representation};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -336,7 +337,7 @@ pub(crate) struct DeviceArgs {
 
 #[derive(Args)]
 pub(crate) struct Import {
-    /// A mesh (.obj, .glb, .ply, .stl), a heightmap (.png), or a tree file
+    /// A mesh (.obj, .glb, .ply, .stl), a volume (.vdb, .nvdb, .npy, .nrrd, .raw), a heightmap (.png), or a tree file
     pub file: PathBuf,
     /// Output scene
     #[arg(short, long, value_name = "SCENE")]
@@ -348,12 +349,41 @@ pub(crate) struct Import {
     /// scene, as <SCENE>-thick.ply
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub thickness: Option<f32>,
+    #[command(flatten)]
+    pub volume: VolumeImportArgs,
     /// Mesh: let the scene name a file outside its folder. Every command that reads the scene then needs this flag too
     #[arg(long, alias = "allow-outside")]
     pub allow_external_meshes: bool,
     /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// How volumes of other programs are read.
+#[derive(Args)]
+#[command(next_help_heading = "Volumes of other programs")]
+pub(crate) struct VolumeImportArgs {
+    /// .vdb, .nvdb: name of the grid [default: the first with single numbers]
+    #[arg(long, value_name = "NAME")]
+    pub grid: Option<String>,
+    /// What values mean [default: what the file says, else level-set]
+    #[arg(long, value_enum)]
+    pub class: Option<ExportClass>,
+    /// The value at the surface [default: 0, or half of the largest density]
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+    /// .raw: number of values along x, y and z. x is fastest
+    #[arg(long, value_name = "X,Y,Z", value_parser = shape)]
+    pub shape: Option<[u32; 3]>,
+    /// .raw: type of the values [default: f32]
+    #[arg(long, value_enum)]
+    pub r#type: Option<RawType>,
+    /// .npy, .nrrd, .raw: edge of a voxel [default: the file's, or such that the longest side is 2]
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub voxel_size: Option<f32>,
+    /// .npy, .nrrd, .raw: position of the first value [default: the file's, or such that the box is centered]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    pub origin: Option<[f32; 3]>,
 }
 
 #[derive(Args)]

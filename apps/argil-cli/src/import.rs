@@ -3,15 +3,20 @@
 use crate::args::Import;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::LoadedMesh;
 use argil::mesh::{MeshFormat, MeshWriteOptions};
 use argil::scene::{Brush, Scene, Shape};
+use argil::{ExportClass, LoadedMesh, RawLayout, VolumeReadOptions};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
     output::check_place(&options.output, &options.file)?;
     output::check_ending(&options.output, "a scene", "json")?;
+    let is_volume = argil::is_volume_file(&options.file);
+    check_volume_flags(options, is_volume)?;
+    if is_volume {
+        return volume(options);
+    }
     let is_mesh = MeshFormat::from_path(&options.file).is_some();
     let is_sampled = is_mesh || argil::scene::is_image(&options.file.to_string_lossy());
     if !is_sampled {
@@ -60,6 +65,95 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
         for (key, value) in about(loaded).as_object().into_iter().flatten() {
             output::pair(key, value);
         }
+    }
+    Ok(())
+}
+
+/// Rejects flags of volumes for other files, and the other way round.
+fn check_volume_flags(options: &Import, is_volume: bool) -> anyhow::Result<()> {
+    let own = &options.volume;
+    let flags = [
+        (own.grid.is_some(), "--grid"),
+        (own.class.is_some(), "--class"),
+        (own.iso.is_some(), "--iso"),
+        (own.shape.is_some(), "--shape"),
+        (own.r#type.is_some(), "--type"),
+        (own.voxel_size.is_some(), "--voxel-size"),
+        (own.origin.is_some(), "--origin"),
+    ];
+    for (is_given, flag) in flags {
+        ensure!(
+            is_volume || !is_given,
+            "{flag} applies to volumes, and {} is not one: omit it",
+            options.file.display()
+        );
+    }
+    Ok(())
+}
+
+/// Creates a scene that contains the solid of a volume. Its samples go next to the scene, as a .grid file.
+fn volume(options: &Import) -> anyhow::Result<()> {
+    let flag = [
+        (options.resolution.is_some(), "--resolution"),
+        (options.thickness.is_some(), "--thickness"),
+    ];
+    for (is_given, flag) in flag {
+        ensure!(
+            !is_given,
+            "{flag} applies to meshes, and {} is a volume: omit it",
+            options.file.display()
+        );
+    }
+    let own = &options.volume;
+    ensure!(
+        own.iso.is_none_or(f32::is_finite),
+        "--iso: the value must be a number"
+    );
+    let how = VolumeReadOptions {
+        grid: own.grid.clone(),
+        is_fog: own.class.map(|class| class == ExportClass::Fog),
+        iso: own.iso,
+        raw: RawLayout {
+            shape: own.shape,
+            number: own.r#type.unwrap_or_default(),
+            voxel_size: own.voxel_size,
+            origin: own.origin,
+        },
+    };
+    let read = argil::read_volume(&options.file, &how)?;
+    let stem = |path: &Path| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let name = stem(&options.file);
+    let solid = read.grid.solid();
+    let memory = size_of_val(read.grid.words());
+    let mut scene = Scene::new();
+    scene.name = name.clone();
+    scene
+        .push(Brush::new(Shape::sampled(&name, read.grid)))
+        .with_context(|| options.file.display().to_string())?;
+    argil::field::Program::lower(&scene).with_context(|| options.file.display().to_string())?;
+    scene.save(&options.output)?;
+    let all = json!({
+        "scene": options.output.display().to_string(),
+        "brushes": 1,
+        "grid": read.name,
+        "class": if read.is_fog { "fog" } else { "level-set" },
+        "voxel": read.voxel_size,
+        "voxels": read.voxels,
+        "box": [solid.min.to_array(), solid.max.to_array()],
+        "memory_bytes": memory,
+    });
+    if options.json {
+        output::json(&all);
+        return Ok(());
+    }
+    output::line(&format!("{}: 1 brush", options.output.display()));
+    for key in ["grid", "class", "voxel", "voxels", "box", "memory_bytes"] {
+        output::pair(key, &all[key]);
     }
     Ok(())
 }

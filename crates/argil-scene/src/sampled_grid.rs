@@ -163,16 +163,7 @@ impl SampledGrid {
             }
         };
         let grid = Self::sample(corner, cell, cells, solid, &measure);
-        if !grid.words.iter().all(|word| word.is_finite()) {
-            return Err(ValidationError::new("distance", "is not finite everywhere"));
-        }
-        if grid.lipschitz > MAX_LIPSCHITZ {
-            let reason = format!(
-                "changes by {} over a length of 1: no more than {MAX_LIPSCHITZ} is taken, scale it",
-                grid.lipschitz
-            );
-            return Err(ValidationError::new("distance", reason));
-        }
+        grid.check()?;
         if !grid.has_inside() {
             let reason = format!("is nowhere negative, as far as {resolution} samples find");
             return Err(ValidationError::new("distance", reason));
@@ -341,6 +332,24 @@ impl SampledGrid {
     /// Returns the Lipschitz constant of the distance.
     pub fn lipschitz(&self) -> f32 {
         self.lipschitz
+    }
+
+    /// Checks that distances are finite, and do not change too fast.
+    ///
+    /// # Errors
+    /// If they are not, or do.
+    pub fn check(&self) -> Result<(), ValidationError> {
+        if !self.words.iter().all(|word| word.is_finite()) {
+            return Err(ValidationError::new("distance", "is not finite everywhere"));
+        }
+        if self.lipschitz > MAX_LIPSCHITZ {
+            let reason = format!(
+                "changes by {} over a length of 1: no more than {MAX_LIPSCHITZ} is taken, scale it",
+                self.lipschitz
+            );
+            return Err(ValidationError::new("distance", reason));
+        }
+        Ok(())
     }
 
     /// Whether any sample lies inside the solid.

@@ -28,6 +28,8 @@ mod program_cache;
 mod query;
 mod rendering;
 mod representation;
+#[cfg(feature = "volume-files")]
+mod volume_import;
 mod volume_io;
 mod world;
 
@@ -67,6 +69,10 @@ pub use rendering::Orbit;
 pub use representation::{
     BricksOptions, BuildTimings, DenseOptions, LevelsOptions, MeshCounts, MeshRenderOptions,
     OctreeOptions, Representation,
+};
+#[cfg(feature = "volume-files")]
+pub use volume_import::{
+    RawLayout, RawType, ReadVolume, VolumeReadError, VolumeReadOptions, is_volume_file, read_volume,
 };
 pub use volume_io::stored_scene;
 pub use world::World;

@@ -1,0 +1,225 @@
+//! Reads volumes of other programs as shapes.
+
+mod dense_file;
+mod far;
+mod lattice;
+
+use argil_math::Aabb;
+use argil_scene::{SAMPLED_SIDE, SampledGrid, ValidationError};
+use argil_vdb::vdb::VdbFile;
+use argil_vdb::{Grid, GridClass, VdbError, nvdb};
+use dense_file::read_dense;
+pub use dense_file::{RawLayout, RawType};
+use far::Distances;
+use glam::{IVec3, Vec3};
+use lattice::{Lattice, Samples};
+use std::path::{Path, PathBuf};
+
+/// Maximum cells of 8³ voxels in the box of a volume.
+const MAX_CELLS: u64 = 1 << 24;
+/// Maximum cells along a side.
+const MAX_SIDE: i32 = 512;
+
+/// How a volume file is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VolumeReadOptions {
+    /// `.vdb`, `.nvdb`: the grid's name. `None` is the first one that holds single numbers.
+    pub grid: Option<String>,
+    /// Whether values are distances or densities. `None` asks the file, and takes distances if that does not say.
+    pub is_fog: Option<bool>,
+    /// The value at the surface: 0 for distances, and half of the largest density.
+    pub iso: Option<f32>,
+    /// `.raw`: the layout. `.npy`: the voxel size and the origin.
+    pub raw: RawLayout,
+}
+
+/// A volume as a shape.
+#[derive(Clone, Debug)]
+pub struct ReadVolume {
+    /// The distances, in the file's space. Its unit becomes the scene's.
+    pub grid: SampledGrid,
+    /// Name of the grid in the file.
+    pub name: String,
+    /// Whether values were densities.
+    pub is_fog: bool,
+    /// Edge of a voxel.
+    pub voxel_size: f32,
+    /// Voxels whose values were read.
+    pub voxels: u64,
+}
+
+/// The reason why a volume cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeReadError {
+    /// The file cannot be read.
+    #[error("{}", path.display())]
+    File {
+        /// Path of the file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The file is damaged, or not supported.
+    #[error("{}", path.display())]
+    Vdb {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong.
+        source: VdbError,
+    },
+    /// The file has no solid.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
+}
+
+/// Whether a file name is that of a volume of another program: `.vdb`, `.nvdb`, `.npy`, `.nrrd` or `.raw`.
+pub fn is_volume_file(path: &Path) -> bool {
+    crate::ExportFormat::from_path(path).is_some()
+}
+
+/// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
+/// the file's at all voxels nearer to the surface than two voxels, bit for bit. Farther away they are lower bounds.
+///
+/// ```
+/// # use argil::prelude::*;
+/// use argil::{ExportOptions, VolumeReadOptions, read_volume};
+/// # let mut scene = Scene::new();
+/// # scene.push(Shape::sphere(0.5))?;
+/// # let folder = tempfile::tempdir()?;
+/// # let file = folder.path().join("sphere.vdb");
+/// let world = Engine::cpu().build(&scene)?.field();
+/// world.export(&file, &ExportOptions { resolution: 64, ..ExportOptions::default() })?;
+/// let read = read_volume(&file, &VolumeReadOptions::default())?;
+/// let mut copy = Scene::new();
+/// copy.push(Shape::sampled("sphere", read.grid).at([2.0, 0.0, 0.0]))?;
+/// let there = Engine::cpu().build(&copy)?.field().distance([2.5, 0.0, 0.0]);
+/// assert!(there.abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the file cannot be read, is damaged, has voxels that are no cubes along the axes, or holds no surface.
+pub fn read_volume(
+    path: impl AsRef<Path>,
+    options: &VolumeReadOptions,
+) -> Result<ReadVolume, VolumeReadError> {
+    let path = path.as_ref();
+    let bytes = std::fs::read(path).map_err(|source| VolumeReadError::File {
+        path: path.into(),
+        source,
+    })?;
+    read_bytes(&bytes, path, options)
+}
+
+fn read_bytes(
+    bytes: &[u8],
+    path: &Path,
+    options: &VolumeReadOptions,
+) -> Result<ReadVolume, VolumeReadError> {
+    let refuse = |reason: String| VolumeReadError::Content {
+        path: path.into(),
+        reason,
+    };
+    let damaged = |source| VolumeReadError::Vdb {
+        path: path.into(),
+        source,
+    };
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let name = options.grid.as_deref();
+    let (lattice, name, class) = match ending.to_lowercase().as_str() {
+        "vdb" => {
+            let grid = VdbFile::parse(bytes).and_then(|file| file.float_grid(name));
+            of_grid(grid.map_err(damaged)?).map_err(refuse)?
+        }
+        "nvdb" => {
+            let grids = nvdb::read(bytes).map_err(damaged)?;
+            let found = grids
+                .into_iter()
+                .find(|own| name.is_none_or(|name| own.header.name == name));
+            let grid = found.ok_or_else(|| refuse(format!("no grid is named {name:?}")))?;
+            of_grid(grid).map_err(refuse)?
+        }
+        ending => {
+            if name.is_some() {
+                return Err(refuse(format!(
+                    "a .{ending} file holds one grid, without a name"
+                )));
+            }
+            let lattice = read_dense(bytes, ending, &options.raw).map_err(refuse)?;
+            (lattice, String::new(), GridClass::Unknown)
+        }
+    };
+    let is_fog = options.is_fog.unwrap_or(class == GridClass::FogVolume);
+    let lattice = match (is_fog, options.iso) {
+        (true, iso) => lattice.of_densities(iso),
+        (false, Some(iso)) => lattice.moved(iso),
+        (false, None) => Ok(lattice),
+    };
+    let lattice = lattice.map_err(refuse)?;
+    let grid = sampled(&lattice).map_err(refuse)?;
+    Ok(ReadVolume {
+        grid,
+        name,
+        is_fog,
+        voxel_size: lattice.voxel_size,
+        voxels: lattice.known_voxels(),
+    })
+}
+
+type NamedLattice = (Lattice, String, GridClass);
+
+fn of_grid(grid: Grid<f32>) -> Result<NamedLattice, String> {
+    let Grid { header, tree } = grid;
+    let voxel_size = header.transform.uniform_voxel_size().ok_or_else(|| {
+        format!(
+            "the voxels of grid {:?} are no cubes along the axes: resample it to uniform voxels",
+            header.name
+        )
+    })?;
+    let lattice = Lattice {
+        voxel_size: voxel_size as f32,
+        origin: Vec3::from(header.transform.translation.map(|c| c as f32)),
+        samples: Samples::Sparse(tree),
+    };
+    Ok((lattice, header.name, header.class))
+}
+
+/// Samples a shape, in cells of 8³ voxels whose corners are at multiples of 8.
+fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
+    if !(lattice.voxel_size > 0.0 && lattice.origin.is_finite()) {
+        return Err("the size or the place of its voxels is not a number".into());
+    }
+    let Some([low, high]) = lattice.inside() else {
+        return Err(
+            "no value is inside: distances are negative inside, densities need --class fog".into(),
+        );
+    };
+    let side = SAMPLED_SIDE as i32;
+    let first = (low - 2).map(|c| c.div_euclid(side));
+    let last = (high + 2).map(|c| c.div_euclid(side));
+    let cells = last - first + 1;
+    let count: u64 = cells.to_array().map(|n| n as u64).iter().product();
+    if cells.max_element() > MAX_SIDE || count > MAX_CELLS {
+        return Err(format!(
+            "the solid takes {} voxels: at most {} along a side and {} cells of 8³ are read; resample it",
+            high - low + 1,
+            MAX_SIDE * side,
+            MAX_CELLS
+        ));
+    }
+    let distances = Distances::new(lattice, first, cells);
+    let place = |index: IVec3| lattice.origin + lattice.voxel_size * index.as_vec3();
+    let solid = Aabb::new(place(low - 1), place(high + 1));
+    let corner = place(first * side);
+    let cell = lattice.voxel_size * side as f32;
+    let grid = SampledGrid::sample(corner, cell, cells.as_uvec3(), solid, &distances);
+    let text = |error: ValidationError| error.to_string();
+    grid.check().map_err(text)?;
+    Ok(grid)
+}

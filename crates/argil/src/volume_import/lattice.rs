@@ -1,0 +1,254 @@
+//! Values at the points of a lattice.
+
+use argil_vdb::{Tree, Voxel};
+use glam::{IVec3, Vec3};
+use rayon::prelude::*;
+
+/// Values at `origin + voxel_size · index`.
+pub(super) struct Lattice {
+    pub voxel_size: f32,
+    pub origin: Vec3,
+    pub samples: Samples,
+}
+
+/// Signed distances: near the surface, or everywhere.
+pub(super) enum Samples {
+    /// A level set. Inactive values tell only the sign.
+    Sparse(Tree<f32>),
+    /// All values of a box, x fastest.
+    Dense(DenseValues),
+}
+
+/// All values of a box, x fastest.
+pub(super) struct DenseValues {
+    /// Index of the first value.
+    pub low: IVec3,
+    /// Number of values along each axis.
+    pub size: IVec3,
+    /// The values.
+    pub values: Vec<f32>,
+}
+
+impl DenseValues {
+    fn place(&self, index: IVec3) -> usize {
+        let [x, y, z] = (index - self.low)
+            .clamp(IVec3::ZERO, self.size - 1)
+            .to_array();
+        let [nx, ny] = [self.size.x as usize, self.size.y as usize];
+        (z as usize * ny + y as usize) * nx + x as usize
+    }
+
+    fn index(&self, place: usize) -> IVec3 {
+        let [nx, ny] = [self.size.x as usize, self.size.y as usize];
+        let at = [place % nx, place / nx % ny, place / nx / ny];
+        self.low + IVec3::from(at.map(|c| c as i32))
+    }
+
+    /// Returns the value of an index. Beyond the box, those at its sides continue.
+    fn value(&self, index: IVec3) -> f32 {
+        self.values[self.place(index)]
+    }
+}
+
+impl Lattice {
+    /// Returns the value of an index, and whether it is a distance, and not only a sign.
+    pub(super) fn value(&self, index: IVec3) -> (f32, bool) {
+        match &self.samples {
+            Samples::Sparse(tree) => tree.value_and_state(index.to_array()),
+            Samples::Dense(own) => (own.value(index), true),
+        }
+    }
+
+    /// Counts the voxels with values.
+    pub(super) fn known_voxels(&self) -> u64 {
+        match &self.samples {
+            Samples::Sparse(tree) => tree.active_voxels(),
+            Samples::Dense(own) => own.values.len() as u64,
+        }
+    }
+
+    /// Returns the box of the indices that are inside.
+    pub(super) fn inside(&self) -> Option<[IVec3; 2]> {
+        let mut low = IVec3::MAX;
+        let mut high = IVec3::MIN;
+        let mut hold = |first: IVec3, last: IVec3| {
+            low = low.min(first);
+            high = high.max(last);
+        };
+        match &self.samples {
+            Samples::Sparse(tree) => {
+                for tile in tree.tiles.iter().filter(|tile| tile.value < 0.0) {
+                    hold(tile.origin.into(), IVec3::from(tile.origin) + 4095);
+                }
+                for_each_tile(tree, &mut |origin, side, value| {
+                    if value < 0.0 {
+                        hold(origin, origin + side - 1);
+                    }
+                });
+                for leaf in tree.leaves() {
+                    let origin = IVec3::from(leaf.origin);
+                    for (place, _) in leaf
+                        .values
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, value)| **value < 0.0)
+                    {
+                        let index = origin + inner_of(place);
+                        hold(index, index);
+                    }
+                }
+            }
+            Samples::Dense(own) => {
+                let places = own.values.iter().enumerate();
+                for (place, _) in places.filter(|(_, value)| **value < 0.0) {
+                    hold(own.index(place), own.index(place));
+                }
+            }
+        }
+        (low.x <= high.x).then_some([low, high])
+    }
+
+    /// Calls a function for the indices whose values are distances.
+    pub(super) fn for_each_known(&self, mut f: impl FnMut(IVec3, f32)) {
+        match &self.samples {
+            Samples::Sparse(tree) => {
+                for leaf in tree.leaves() {
+                    for place in leaf.active.places() {
+                        f(
+                            IVec3::from(leaf.origin) + inner_of(place),
+                            leaf.values[place],
+                        );
+                    }
+                }
+            }
+            Samples::Dense(own) => {
+                for (place, &value) in own.values.iter().enumerate() {
+                    f(own.index(place), value);
+                }
+            }
+        }
+    }
+
+    /// Returns distances whose surface is where they were `iso`.
+    pub(super) fn moved(mut self, iso: f32) -> Result<Self, String> {
+        match &mut self.samples {
+            Samples::Sparse(tree) if iso.abs() >= tree.background.abs() => {
+                return Err(format!(
+                    "iso level {iso}: the file has distances up to {} only",
+                    tree.background
+                ));
+            }
+            Samples::Sparse(tree) => for_each_value(tree, &|value| value - iso),
+            Samples::Dense(own) => own.values.par_iter_mut().for_each(|value| *value -= iso),
+        }
+        Ok(self)
+    }
+
+    /// Returns distances to the surface where densities are `iso`, or half of the largest. They are estimated from the
+    /// slope of the densities, and known next to the surface.
+    pub(super) fn of_densities(self, iso: Option<f32>) -> Result<Self, String> {
+        let mut most = f32::NEG_INFINITY;
+        self.for_each_known(|_, value| most = most.max(value));
+        let iso = iso.unwrap_or(0.5 * most);
+        if !(most > iso && iso.is_finite()) {
+            return Err(format!("no density is above {iso}: the largest is {most}"));
+        }
+        let voxel = self.voxel_size;
+        let of = |index: IVec3| {
+            let value = |offset: IVec3| self.value(index + offset).0 - iso;
+            let own = value(IVec3::ZERO);
+            let mut square = 0.0;
+            let mut is_near = false;
+            for axis in IVec3::AXES {
+                let [before, after] = [value(-axis), value(axis)];
+                square += (0.5 * (after - before)).powi(2);
+                is_near |= (before > 0.0) != (own > 0.0) || (after > 0.0) != (own > 0.0);
+            }
+            let slope = square.sqrt();
+            let distance = if slope > 0.0 {
+                -own / slope
+            } else {
+                -own.signum()
+            };
+            // Farther than the next voxel, the slope says little.
+            (voxel * distance.clamp(-1.2, 1.2), is_near)
+        };
+        let mut leaves = std::collections::BTreeMap::<[i32; 3], Vec<(IVec3, f32)>>::new();
+        let mut add = |index: IVec3| {
+            let (distance, is_near) = of(index);
+            if is_near {
+                let leaf = index.map(|c| c & -8).to_array();
+                leaves.entry(leaf).or_default().push((index, distance));
+            }
+        };
+        self.for_each_known(|index, _| {
+            // Neighbors may be inactive.
+            for offset in [
+                IVec3::ZERO,
+                IVec3::X,
+                -IVec3::X,
+                IVec3::Y,
+                -IVec3::Y,
+                IVec3::Z,
+                -IVec3::Z,
+            ] {
+                let at = index + offset;
+                if offset == IVec3::ZERO || !self.value(at).1 {
+                    add(at);
+                }
+            }
+        });
+        let band = 1.3 * voxel;
+        let leaves = leaves.into_iter().map(|(origin, values)| {
+            let mut leaf = argil_vdb::Leaf::new(origin, band);
+            for (index, value) in values {
+                leaf.set(index.to_array(), value);
+            }
+            leaf
+        });
+        let mut tree = Tree::from_leaves(band, leaves.collect());
+        tree.flood_signs();
+        Ok(Self {
+            samples: Samples::Sparse(tree),
+            ..self
+        })
+    }
+}
+
+/// Returns the place in a leaf as an index.
+pub(super) fn inner_of(place: usize) -> IVec3 {
+    IVec3::from([place / 64, place / 8 % 8, place % 8].map(|c| c as i32))
+}
+
+fn for_each_tile(tree: &Tree<f32>, f: &mut dyn FnMut(IVec3, i32, f32)) {
+    let at = |origin: [i32; 3], place: usize, across: usize, side: i32| {
+        let inner = [
+            place / across / across,
+            place / across % across,
+            place % across,
+        ];
+        IVec3::from(origin) + side * IVec3::from(inner.map(|c| c as i32))
+    };
+    for upper in &tree.uppers {
+        for (place, &value) in upper.tiles.iter().enumerate() {
+            f(at(upper.origin, place, 32, 128), 128, value);
+        }
+        for lower in &upper.lowers {
+            for (place, &value) in lower.tiles.iter().enumerate() {
+                f(at(lower.origin, place, 16, 8), 8, value);
+            }
+        }
+    }
+}
+
+fn for_each_value<V: Voxel>(tree: &mut Tree<V>, f: &(dyn Fn(V) -> V + Sync)) {
+    for upper in &mut tree.uppers {
+        upper.lowers.par_iter_mut().for_each(|lower| {
+            for leaf in &mut lower.leaves {
+                for value in leaf.values.iter_mut() {
+                    *value = f(*value);
+                }
+            }
+        });
+    }
+}
