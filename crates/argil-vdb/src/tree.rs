@@ -90,18 +90,21 @@ pub struct Tree<V> {
 }
 
 /// Returns the first voxel of the node of a side, a power of two, that holds a voxel.
-pub(crate) fn origin_of(voxel: [i32; 3], side: i32) -> [i32; 3] {
-    voxel.map(|c| c & -side)
+#[inline]
+pub(crate) fn origin_of([x, y, z]: [i32; 3], side: i32) -> [i32; 3] {
+    [x & -side, y & -side, z & -side]
 }
 
 /// Returns the place of a voxel in a node of `side` voxels, whose children have `child` voxels.
-pub(crate) fn place_of(voxel: [i32; 3], side: i32, child: i32) -> usize {
+#[inline]
+pub(crate) fn place_of([x, y, z]: [i32; 3], side: i32, child: i32) -> usize {
     let across = (side / child) as usize;
-    let [x, y, z] = voxel.map(|c| ((c & (side - 1)) / child) as usize);
-    (x * across + y) * across + z
+    let along = |c: i32| ((c & (side - 1)) / child) as usize;
+    (along(x) * across + along(y)) * across + along(z)
 }
 
 /// Returns the first voxel of a place.
+#[inline]
 pub(crate) fn voxel_of(origin: [i32; 3], place: usize, side: i32, child: i32) -> [i32; 3] {
     let across = (side / child) as usize;
     let at = [
@@ -143,6 +146,13 @@ impl<V: Voxel> Leaf<V> {
 }
 
 impl<V: Voxel> Lower<V> {
+    /// Returns the leaf at a place.
+    fn leaf_at(&self, place: usize) -> Option<&Leaf<V>> {
+        let own = |leaf: &Leaf<V>| place_of(leaf.origin, 128, 8);
+        let at = self.leaves.binary_search_by_key(&place, own);
+        at.ok().map(|at| &self.leaves[at])
+    }
+
     fn from_leaves(origin: [i32; 3], background: V, mut leaves: Vec<Leaf<V>>) -> Self {
         let place = |leaf: &Leaf<V>| place_of(leaf.origin, 128, 8);
         leaves.sort_by_key(place);
@@ -185,6 +195,13 @@ impl<V: Voxel> Upper<V> {
             active: Mask::default(),
             lowers: lowers.collect(),
         }
+    }
+
+    /// Returns the lower node at a place.
+    fn lower_at(&self, place: usize) -> Option<&Lower<V>> {
+        let own = |lower: &Lower<V>| place_of(lower.origin, 4096, 128);
+        let at = self.lowers.binary_search_by_key(&place, own);
+        at.ok().map(|at| &self.lowers[at])
     }
 
     /// Returns the leaves.
@@ -241,22 +258,26 @@ impl<V: Voxel> Tree<V> {
         if !upper.children.is_on(place) {
             return (upper.tiles[place], upper.active.is_on(place));
         }
-        let own = origin_of(voxel, 128);
-        let lower = upper.lowers.iter().find(|lower| lower.origin == own);
-        let Some(lower) = lower else {
+        let Some(lower) = upper.lower_at(place) else {
             return (self.background, false);
         };
         let place = place_of(voxel, 128, 8);
         if !lower.children.is_on(place) {
             return (lower.tiles[place], lower.active.is_on(place));
         }
-        let leaves = &lower.leaves;
-        let found = leaves.binary_search_by_key(&place, |leaf| place_of(leaf.origin, 128, 8));
-        let Ok(at) = found else {
+        let Some(leaf) = lower.leaf_at(place) else {
             return (self.background, false);
         };
         let place = place_of(voxel, 8, 1);
-        (leaves[at].values[place], leaves[at].active.is_on(place))
+        (leaf.values[place], leaf.active.is_on(place))
+    }
+
+    /// Returns the leaf that holds a voxel.
+    pub fn leaf(&self, voxel: [i32; 3]) -> Option<&Leaf<V>> {
+        let own = origin_of(voxel, 4096);
+        let at = self.uppers.binary_search_by_key(&own, |upper| upper.origin);
+        let lower = self.uppers[at.ok()?].lower_at(place_of(voxel, 4096, 128))?;
+        lower.leaf_at(place_of(voxel, 128, 8))
     }
 
     /// Returns the leaves.

@@ -59,6 +59,61 @@ impl Lattice {
         }
     }
 
+    /// Returns the origins of the boxes of 8³ indices that have distances.
+    pub(super) fn known_boxes(&self) -> Vec<IVec3> {
+        match &self.samples {
+            Samples::Sparse(tree) => tree.leaves().map(|leaf| leaf.origin.into()).collect(),
+            Samples::Dense(own) => {
+                let first = own.low.map(|c| c & -8);
+                let last = (own.low + own.size - 1).map(|c| c & -8);
+                let along = |axis: usize| (first[axis]..=last[axis]).step_by(8);
+                let rows = along(0).flat_map(|x| along(1).map(move |y| (x, y)));
+                rows.flat_map(|(x, y)| along(2).map(move |z| IVec3::new(x, y, z)))
+                    .collect()
+            }
+        }
+    }
+
+    /// Returns the values of a box of indices, x fastest.
+    pub(super) fn values_in(&self, begin: IVec3, size: usize, out: &mut Vec<(f32, bool)>) {
+        out.clear();
+        let side = size as i32;
+        let Samples::Sparse(tree) = &self.samples else {
+            for i in 0..side * side * side {
+                let inner = IVec3::new(i % side, i / side % side, i / side / side);
+                out.push(self.value(begin + inner));
+            }
+            return;
+        };
+        // One leaf or tile holds all voxels with the same multiples of 8.
+        out.resize(size * size * size, (0.0, false));
+        let first = begin.map(|c| c & -8);
+        let last = (begin + side - 1).map(|c| c & -8);
+        for x in (first.x..=last.x).step_by(8) {
+            for y in (first.y..=last.y).step_by(8) {
+                for z in (first.z..=last.z).step_by(8) {
+                    let origin = IVec3::new(x, y, z);
+                    let leaf = tree.leaf(origin.to_array());
+                    let tile = tree.value_and_state(origin.to_array());
+                    let low = (origin - begin).max(IVec3::ZERO);
+                    let high = (origin + 8 - begin).min(IVec3::splat(side));
+                    for iz in low.z..high.z {
+                        for iy in low.y..high.y {
+                            for ix in low.x..high.x {
+                                let [a, b, c] =
+                                    (begin + IVec3::new(ix, iy, iz) - origin).to_array();
+                                let place = (8 * (8 * a + b) + c) as usize;
+                                let own = leaf.map(|l| (l.values[place], l.active.is_on(place)));
+                                let at = (iz * side + iy) * side + ix;
+                                out[at as usize] = own.unwrap_or(tile);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Counts the voxels with values.
     pub(super) fn known_voxels(&self) -> u64 {
         match &self.samples {
