@@ -47,6 +47,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     ])?;
     ensure_nextest()?;
     ensure_gpu()?;
+    ensure_openvdb()?;
     compiled(&[TESTS, &["--no-fail-fast"]].concat())?;
     compiled(&["test", "--workspace", "--locked", "--doc"])?;
     run("cargo", &documentation())?;
@@ -102,6 +103,32 @@ fn file_name(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
+}
+
+/// Packages with the programs that read our volumes.
+const OPENVDB: &[&str] = &[
+    "python3-openvdb",
+    "python3-numpy",
+    "libopenvdb-tools",
+    "libnanovdb-tools",
+];
+
+/// Ensures that OpenVDB's programs are there, which tests compare with.
+fn ensure_openvdb() -> anyhow::Result<()> {
+    let look = "/usr/bin/python3 -c 'import pyopenvdb, numpy' && command -v vdb_print nanovdb_validate nanovdb_print";
+    let are_there = || quietly("sh", &["-c", look]);
+    if are_there() {
+        return Ok(());
+    }
+    println!("\nOpenVDB's programs are missing: installing them.");
+    let installed = install(OPENVDB);
+    if !installed || !are_there() {
+        bail!(
+            "the tests of volume files need OpenVDB's and NanoVDB's programs. On Debian and Ubuntu: sudo apt-get install {}",
+            OPENVDB.join(" ")
+        );
+    }
+    Ok(())
 }
 
 /// Ensures that GPU tests have a device, a software one if there is no other.

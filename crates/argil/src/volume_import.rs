@@ -84,7 +84,7 @@ pub fn is_volume_file(path: &Path) -> bool {
 }
 
 /// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
-/// the file's at all voxels nearer to the surface than two voxels, bit for bit. Farther away they are lower bounds.
+/// the file's at all voxels nearer to the surface than two voxels. Farther away they are lower bounds.
 ///
 /// ```
 /// # use argil::prelude::*;

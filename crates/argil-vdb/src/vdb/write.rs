@@ -217,13 +217,17 @@ impl<W: Write + Seek> VdbWriter<W> {
         out.extend(own);
         metadata::write_transform(&header.transform, &mut out);
         out.extend(1i32.to_le_bytes());
-        background.write(&mut out);
+        let rounded = |value: V| match self.options.is_half {
+            true => value.rounded(),
+            false => value,
+        };
+        rounded(background).write(&mut out);
         out.extend((tiles.len() as u32).to_le_bytes());
         let children = self.at + out.len() as u64;
         out.extend(0u32.to_le_bytes());
         for tile in tiles {
             write_place(tile.origin, &mut out);
-            tile.value.write(&mut out);
+            rounded(tile.value).write(&mut out);
             out.push(u8::from(tile.is_active));
         }
         self.put(&out)?;
