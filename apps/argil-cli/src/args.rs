@@ -177,6 +177,10 @@ pub(crate) struct ExportArgs {
     /// What values mean [default: level-set]
     #[arg(long, value_enum)]
     pub class: Option<ExportClass>,
+    /// .vdb, .nvdb: keep the field's values where they are bounds of the distance, as in blends [default: they are divided
+    /// by the field's slope]
+    #[arg(long)]
+    pub keep_bounds: bool,
     /// .vdb: how values are compressed [default: none]
     #[arg(long, value_enum)]
     pub codec: Option<ExportCodec>,

@@ -12,8 +12,9 @@ pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<ExportForma
     let format = options.output.as_deref().and_then(ExportFormat::from_path);
     let own = &options.export;
     ensure!(
-        format.is_some() || (own.class.is_none() && own.codec.is_none() && !own.colors),
-        "--class, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd or .raw"
+        format.is_some()
+            || (own.class.is_none() && own.codec.is_none() && !own.colors && !own.keep_bounds),
+        "--class, --keep-bounds, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd or .raw"
     );
     Ok(format)
 }
@@ -57,6 +58,7 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyh
         voxel_size: volume.voxel_size,
         class: options.export.class.unwrap_or_default(),
         half_width_voxels: volume.band.unwrap_or(default.half_width_voxels),
+        keep_bounds: options.export.keep_bounds,
         bits: volume
             .bits
             .map_or(default.bits, |bits| 8 * bits.bytes() as u32),

@@ -21,6 +21,14 @@ const TASK: i32 = 128;
 const FACTOR: i32 = 4;
 /// Samples of a leaf.
 const SAMPLES: usize = 512;
+/// Samples along a leaf's side, with one more on each side.
+const WIDE: usize = 10;
+/// Samples of a leaf with one more on each side.
+const WIDE_SAMPLES: usize = WIDE * WIDE * WIDE;
+/// A slope that differs less from 1 is 1.
+const SLOPE_TOLERANCE: f32 = 0.02;
+/// The least slope that values are divided by.
+const MIN_SLOPE: f32 = 0.05;
 
 /// The lattice and the band of a level set. The sample with index `i` is at `voxel_size · i`, in the scene's space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +41,22 @@ pub struct LevelSetLayout {
     pub region: Aabb,
     /// Whether the region's sides cut the solid off there, so that it is closed.
     pub is_cut: bool,
+    /// Whether bounds become distances: where the field's slope is not 1, as in blends, values are divided by it.
+    pub is_corrected: bool,
 }
 
 impl LevelSetLayout {
+    /// Returns half the width of the band in the scene's unit, never less than the voxels say.
+    pub fn half_width(&self) -> f32 {
+        let exact = f64::from(self.half_width_voxels) * f64::from(self.voxel_size);
+        let rounded = exact as f32;
+        if f64::from(rounded) < exact {
+            rounded.next_up()
+        } else {
+            rounded
+        }
+    }
+
     /// Returns the signed distance of a point to the region that cuts the solid off. −∞ if it does not.
     pub fn distance_to_cut(&self, point: Vec3) -> f32 {
         if !self.is_cut {
@@ -72,6 +93,7 @@ pub struct LevelSetLeaf {
 ///     half_width_voxels: 3.0,
 ///     region: program.aabb(),
 ///     is_cut: false,
+///     is_corrected: true,
 /// };
 /// let control = Control::default();
 /// let baker = LevelSetBaker::new(&program, layout, 4096, &control);
@@ -198,23 +220,34 @@ impl<'a> LevelSetBaker<'a> {
     ) {
         let voxel = self.layout.voxel_size;
         let middle = 0.5 * (side - 1) as f32;
+        // Slopes need a sample more on each side.
+        let beside = if self.layout.is_corrected { 1.0 } else { 0.0 };
         let centers: Vec<Vec3> = origins
             .iter()
             .map(|origin| voxel * (origin.as_vec3() + middle))
             .collect();
-        let half_diagonal = 3f32.sqrt() * voxel * middle;
+        let half_diagonal = 3f32.sqrt() * voxel * (middle + beside);
         let mut distances = [0.0; CELLS_PER_BATCH];
         let distances = &mut distances[..centers.len()];
         pruner.classify_cells(program, &centers, half_diagonal, distances);
-        let band = self.layout.half_width_voxels * voxel;
-        let reach = 1.000_1 * (self.program.lipschitz() * half_diagonal + band);
+        let reach = 1.000_1 * (self.program.lipschitz() * half_diagonal + self.value_reach());
         for (nth, &distance) in distances.iter().enumerate() {
             // The side of a cut has a surface too, where the field is far inside.
-            let beside = self.layout.distance_to_cut(centers[nth]);
-            if distance.max(beside).abs() <= reach || distance.is_nan() {
+            let of_cut = self.layout.distance_to_cut(centers[nth]);
+            if distance.max(of_cut).abs() <= reach || distance.is_nan() {
                 keep(pruner, nth);
             }
         }
+    }
+
+    /// Returns the largest value that can be in the band, once it is divided by a slope.
+    fn value_reach(&self) -> f32 {
+        let steepest = if self.layout.is_corrected {
+            self.program.lipschitz().max(1.0)
+        } else {
+            1.0
+        };
+        steepest * self.layout.half_width()
     }
 
     /// Bakes the leaves of a part, on rayon's current threads, in a fixed order. Advances `control` by the number of its
@@ -246,6 +279,7 @@ struct LeafBaker<'a> {
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
     points: [[f32; SAMPLES]; 3],
+    wide: Box<[f32; WIDE_SAMPLES]>,
     materials: Vec<GpuMaterial>,
 }
 
@@ -257,6 +291,7 @@ impl<'a> LeafBaker<'a> {
             pruner: Pruner::new(of.program),
             evaluator: Evaluator::new(of.program),
             points: [[0.0; SAMPLES]; 3],
+            wide: Box::new([0.0; WIDE_SAMPLES]),
             materials: vec![GpuMaterial::default(); LANES],
         }
     }
@@ -299,9 +334,42 @@ impl<'a> LeafBaker<'a> {
         }
     }
 
+    /// Divides values by the field's slope, where that is not 1.
+    fn correct(&mut self, origin: IVec3, program: &[Instruction], values: &mut [f32; SAMPLES]) {
+        let layout = &self.of.layout;
+        let voxel = layout.voxel_size;
+        let mut points = [[0.0; LANES]; 3];
+        for first in (0..WIDE_SAMPLES).step_by(LANES) {
+            let count = LANES.min(WIDE_SAMPLES - first);
+            for i in 0..count {
+                let at = first + i;
+                let inner = [at / WIDE / WIDE, at / WIDE % WIDE, at % WIDE];
+                for axis in 0..3 {
+                    points[axis][i] = voxel * (origin[axis] + inner[axis] as i32 - 1) as f32;
+                }
+            }
+            let [x, y, z] = points.each_ref().map(|axis| &axis[..count]);
+            let out = &mut self.wide[first..first + count];
+            self.evaluator.distances_with(program, x, y, z, out);
+            if layout.is_cut {
+                for (i, value) in out.iter_mut().enumerate() {
+                    *value = value.max(layout.distance_to_cut(Vec3::new(x[i], y[i], z[i])));
+                }
+            }
+        }
+        for (i, value) in values.iter_mut().enumerate() {
+            let place = ((i / 64 + 1) * WIDE + i / 8 % 8 + 1) * WIDE + i % 8 + 1;
+            let slope = slope(&self.wide, place, voxel);
+            if (slope - 1.0).abs() > SLOPE_TOLERANCE {
+                *value /= slope.max(MIN_SLOPE);
+            }
+        }
+    }
+
     /// Samples a leaf. Returns nothing if no voxel is in the band.
     fn leaf(&mut self, origin: IVec3, program: &[Instruction]) -> Option<LevelSetLeaf> {
         let layout = &self.of.layout;
+        let band = layout.half_width();
         for i in 0..SAMPLES {
             let inner = [i / 64, i / 8 % 8, i % 8];
             for axis in 0..3 {
@@ -337,7 +405,10 @@ impl<'a> LeafBaker<'a> {
                 *value = value.max(layout.distance_to_cut(point));
             }
         }
-        let band = layout.half_width_voxels * layout.voxel_size;
+        let reach = self.of.value_reach();
+        if layout.is_corrected && values.iter().any(|value| value.abs() < reach) {
+            self.correct(origin, program, &mut values);
+        }
         let is_near = values.iter().any(|value| value.abs() < band);
         is_near.then(|| LevelSetLeaf {
             origin: origin.to_array(),
@@ -345,6 +416,22 @@ impl<'a> LeafBaker<'a> {
             colors,
         })
     }
+}
+
+/// Returns the slope of samples away from the surface, by the scheme of Godunov for |∇d| = 1 (Rouy and Tourin, "A viscosity
+/// solutions approach to shape-from-shading", 1992). Across a crease, it is that of one side.
+fn slope(samples: &[f32; WIDE_SAMPLES], place: usize, voxel: f32) -> f32 {
+    let own = samples[place];
+    let sign = if own < 0.0 { -1.0 } else { 1.0 };
+    let mut square = 0.0;
+    for stride in [1, WIDE, WIDE * WIDE] {
+        // How much nearer to the surface either neighbor is.
+        let before = sign * (own - samples[place - stride]);
+        let after = sign * (own - samples[place + stride]);
+        let nearer = before.max(after).max(0.0);
+        square += nearer * nearer;
+    }
+    square.sqrt() / voxel
 }
 
 /// Returns the origins of the parts of a region, x slowest.

@@ -102,6 +102,9 @@ pub struct ExportOptions {
     /// Half the width of the band around the surface, in voxels, from 1 to 100. Other voxels of sparse formats have no
     /// values of their own.
     pub half_width_voxels: f32,
+    /// `.vdb`, `.nvdb`: whether values stay the field's where these are bounds, as in blends. By default they are divided
+    /// by the field's slope there, because programs expect distances.
+    pub keep_bounds: bool,
     /// Bits of a value: 32, 16, or 8 for `.nvdb`. Dense formats have 32.
     pub bits: u32,
     /// `.vdb`: the compression.
@@ -117,6 +120,7 @@ impl Default for ExportOptions {
             voxel_size: None,
             class: ExportClass::default(),
             half_width_voxels: 3.0,
+            keep_bounds: false,
             bits: 32,
             codec: ExportCodec::default(),
             colors: false,
@@ -186,7 +190,7 @@ impl ExportStages {
 }
 
 impl World {
-    /// Writes the world's exact distances to a file for other programs, in the format of its extension: `.vdb`, `.nvdb`,
+    /// Writes the world's distances to a file for other programs, in the format of its extension: `.vdb`, `.nvdb`,
     /// `.npy`, `.nrrd` or `.raw`. They are sampled from the field, whatever the world's representation is, at multiples of
     /// the voxel size. An infinite scene is cut off at its box, and closed there.
     ///
@@ -284,6 +288,7 @@ impl World {
                 self.program().aabb()
             },
             is_cut: grid.is_clipped,
+            is_corrected: format.is_sparse() && !options.keep_bounds,
         };
         let what = (format, options);
         let (bounds, voxels) = match format.is_sparse() {

@@ -61,6 +61,7 @@ fn a_level_set_has_the_fields_distances() {
         let path = folder.path().join("a.vdb");
         let how = ExportOptions {
             half_width_voxels: band,
+            keep_bounds: true,
             ..options()
         };
         let report = world.export(&path, &how).expect("a file");
@@ -72,8 +73,11 @@ fn a_level_set_has_the_fields_distances() {
             ("surface", GridClass::LevelSet)
         );
         let voxel = report.voxel_size;
-        let width = band * voxel;
-        assert_eq!(grid.tree.background, width);
+        let width = grid.tree.background;
+        assert!(
+            (width - band * voxel).abs() <= 1e-6 * width
+                && f64::from(width) >= f64::from(band) * f64::from(voxel)
+        );
         assert_eq!(
             grid.header.transform.uniform_voxel_size(),
             Some(f64::from(voxel))
@@ -100,6 +104,44 @@ fn a_level_set_has_the_fields_distances() {
     }
 }
 
+/// Independent: distances to a fine mesh. In the blend, the field's values are too short.
+#[test]
+fn bounds_become_distances() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut scene = Scene::new();
+    for x in [-0.3, 0.3] {
+        let ball = Brush::new(Shape::sphere(0.4)).at([x, 0.0, 0.0]);
+        scene.push(ball.smooth(0.3)).expect("a brush");
+    }
+    let world = world(&scene);
+    let mesh = world.mesh(&MeshOptions::default()).expect("a mesh").mesh;
+    let solid = argil::mesh::MeshSdf::new(&mesh).expect("a solid");
+    let errors = |keep_bounds: bool| {
+        let how = ExportOptions {
+            keep_bounds,
+            ..options()
+        };
+        let path = folder.path().join("a.vdb");
+        let voxel = world.export(&path, &how).expect("a file").voxel_size;
+        let grids = read(&path);
+        let mut errors = Vec::new();
+        for leaf in grids[0].as_float().expect("floats").tree.leaves() {
+            for place in leaf.active.places() {
+                let inner = [place / 64, place / 8 % 8, place % 8];
+                let point =
+                    [0, 1, 2].map(|axis| voxel * (leaf.origin[axis] + inner[axis] as i32) as f32);
+                errors.push((leaf.values[place] - solid.distance(point.into())).abs() / voxel);
+            }
+        }
+        errors.sort_by(f32::total_cmp);
+        (errors[errors.len() * 99 / 100], errors[errors.len() - 1])
+    };
+    let (kept, corrected) = (errors(true), errors(false));
+    println!("voxels, 99 of 100 and at most: {kept:?} kept, {corrected:?} corrected");
+    assert!(corrected.0 < 0.15 && corrected.1 < 0.5, "{corrected:?}");
+    assert!(kept.0 > 3.0 * corrected.0, "{kept:?}, {corrected:?}");
+}
+
 #[test]
 fn densities_end_at_the_surface() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -107,6 +149,7 @@ fn densities_end_at_the_surface() {
     let path = folder.path().join("a.vdb");
     let how = ExportOptions {
         class: ExportClass::Fog,
+        keep_bounds: true,
         ..options()
     };
     let voxel = world.export(&path, &how).expect("a file").voxel_size;
@@ -167,7 +210,11 @@ fn a_level_set_comes_back_as_a_shape() {
     let own = world(&solid());
     for (name, bits) in [("a.vdb", 32), ("b.nvdb", 32), ("c.vdb", 16), ("d.nvdb", 8)] {
         let path = folder.path().join(name);
-        let how = ExportOptions { bits, ..options() };
+        let how = ExportOptions {
+            bits,
+            keep_bounds: true,
+            ..options()
+        };
         let voxel = own.export(&path, &how).expect("a file").voxel_size;
         let back = read_volume(&path, &VolumeReadOptions::default()).expect("a volume");
         assert!(!back.is_fog && back.name == "surface" && back.voxel_size == voxel);

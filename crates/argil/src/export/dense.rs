@@ -46,7 +46,7 @@ pub(super) fn write(
         .map_err(write_failed)?;
     let control = &world.engine().control;
     control.begin("layers", size.z.into());
-    let band = layout.half_width_voxels * voxel;
+    let band = layout.half_width();
     let layer = size.x as usize * size.y as usize;
     for z in (0..size.z).step_by(LAYERS as usize) {
         world.check_export_cancelled()?;

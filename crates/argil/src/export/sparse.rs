@@ -30,7 +30,7 @@ pub(super) fn write(
     world.check_export_cancelled()?;
     stages.done("regions");
     control.begin("leaves", baker.task_count() as u64);
-    let band = layout.half_width_voxels * layout.voxel_size;
+    let band = layout.half_width();
     let mut tree = Tree::new(band);
     let mut colors = Tree::new([0.0; 3]);
     for part in baker.parts() {
