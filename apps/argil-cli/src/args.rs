@@ -224,7 +224,7 @@ pub(crate) struct BakeArgs {
 pub(crate) struct MeshArgs {
     /// A scene file, or a volume file from `argil bake`
     pub scene: PathBuf,
-    /// Output file: .glb, .obj, .ply or .stl; without it, the triangles are only counted and timed
+    /// Output file: .glb, .obj, .ply, .stl or .3mf; without it, the triangles are only counted and timed
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// What to mesh: field, dense, bricks or levels [default: the field of a scene, or the contents of a volume file]
@@ -341,7 +341,7 @@ pub(crate) struct DeviceArgs {
 
 #[derive(Args)]
 pub(crate) struct Import {
-    /// A mesh (.obj, .glb, .ply, .stl), a volume (.vdb, .nvdb, .npy, .nrrd, .raw), a heightmap (.png), or a tree file
+    /// A mesh (.obj, .glb, .ply, .stl, .3mf), a volume (.vdb, .nvdb, .npy, .nrrd, .raw), a heightmap (.png), or a tree file
     pub file: PathBuf,
     /// Output scene
     #[arg(short, long, value_name = "SCENE")]

@@ -159,9 +159,9 @@ fn volume(options: &Import) -> anyhow::Result<()> {
 }
 
 /// File extensions of mesh formats that Argil does not read.
-const OTHER_MESHES: [&str; 16] = [
-    "3ds", "3mf", "abc", "blend", "dae", "dxf", "fbx", "gltf", "iges", "igs", "off", "step", "stp",
-    "usd", "usdz", "x3d",
+const OTHER_MESHES: [&str; 15] = [
+    "3ds", "abc", "blend", "dae", "dxf", "fbx", "gltf", "iges", "igs", "off", "step", "stp", "usd",
+    "usdz", "x3d",
 ];
 
 /// Rejects a mesh in an unsupported format before it is parsed as a tree.

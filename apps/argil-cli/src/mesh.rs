@@ -15,7 +15,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
             let format = MeshFormat::from_path(path);
             let format = format.with_context(|| {
                 format!(
-                    "{}: unknown mesh format; name it .glb, .obj, .ply or .stl",
+                    "{}: unknown mesh format; name it .glb, .obj, .ply, .stl or .3mf",
                     path.display()
                 )
             })?;
@@ -173,6 +173,10 @@ fn write_options(
             "--axes, --unit: glTF is always right-handed, y up and in meters, and importers convert it; omit them, or write .obj, .ply or .stl"
         );
     }
+    ensure!(
+        format != Some(MeshFormat::ThreeMf) || options.axes.is_none(),
+        "--axes: 3MF is always right-handed with z up, and importers convert it; omit it"
+    );
     ensure!(
         format.is_some() || (options.axes.is_none() && options.unit.is_none()),
         "--axes and --unit control how a file is written: add -o"

@@ -367,7 +367,7 @@ fn impossible_requests_are_refused() {
     fails(
         &["mesh", &own, "-o", &place("x.fbx")],
         1,
-        ".glb, .obj, .ply or .stl",
+        ".glb, .obj, .ply, .stl or .3mf",
     );
     fails(
         &["mesh", &own, "-o", &place("x.glb"), "--axes", "z-up"],

@@ -262,7 +262,7 @@ async fn export(
             }
             let counts = meshed.report.triangles;
             let format = MeshFormat::from_path(path)
-                .context("the name must end in .glb, .obj, .ply or .stl")?;
+                .context("the name must end in .glb, .obj, .ply, .stl or .3mf")?;
             progress.put(path, |out| {
                 write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;

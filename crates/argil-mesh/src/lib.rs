@@ -51,3 +51,5 @@ pub use repair::{RepairReport, repair};
 pub use simplify::simplify;
 pub use thicken::thicken;
 pub use write::{MeshFormat, MeshWriteOptions, UpAxis, write};
+#[cfg(feature = "files")]
+pub use write::{ThreeMfMetadata, write_3mf};

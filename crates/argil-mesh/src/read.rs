@@ -3,6 +3,8 @@
 mod error;
 #[cfg(feature = "files")]
 mod formats;
+#[cfg(feature = "files")]
+mod three_mf;
 
 use crate::{Mesh, MeshFormat};
 use error::{MAX_TRIANGLES, ReadFault};
@@ -166,6 +168,7 @@ fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<Mesh, ReadF
         MeshFormat::Glb => ("GLB", formats::glb(bytes)),
         MeshFormat::Ply => ("PLY", formats::ply(bytes)),
         MeshFormat::Stl => ("STL", formats::stl(bytes)),
+        MeshFormat::ThreeMf => ("3MF", three_mf::read(bytes)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Writes mesh files.
 //!
 //! *Practice.* Meshes in memory are right-handed with y up, like glTF. Other files can have other axes and another
-//! unit. GLB always follows its specification: y up, right-handed, in meters.
+//! unit. GLB always follows its specification: y up, right-handed, in meters. 3MF is right-handed with z up.
 
 #[cfg(feature = "files")]
 mod glb;
@@ -9,10 +9,14 @@ mod obj;
 mod ply;
 mod srgb;
 mod stl;
+#[cfg(feature = "files")]
+mod three_mf;
 
 use crate::Mesh;
 use glam::Vec3;
 use std::io::{self, Write};
+#[cfg(feature = "files")]
+pub use three_mf::{ThreeMfMetadata, write_3mf};
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +30,8 @@ pub enum MeshFormat {
     Ply,
     /// Stereolithography, binary: triangles only.
     Stl,
+    /// 3D Manufacturing Format, for slicers: vertex colors and a unit. z is up.
+    ThreeMf,
 }
 
 impl MeshFormat {
@@ -37,6 +43,7 @@ impl MeshFormat {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
+            "3mf" => Some(Self::ThreeMf),
             _ => None,
         }
     }
@@ -107,8 +114,10 @@ pub fn write(
     match format {
         #[cfg(feature = "files")]
         MeshFormat::Glb => glb::write(&turned, &mut out)?,
+        #[cfg(feature = "files")]
+        MeshFormat::ThreeMf => three_mf::write(mesh, options, &mut out)?,
         #[cfg(not(feature = "files"))]
-        MeshFormat::Glb => {
+        MeshFormat::Glb | MeshFormat::ThreeMf => {
             return Err(std::io::Error::other(
                 "this program was compiled without mesh files (the feature `mesh-files`)",
             ));

@@ -210,6 +210,7 @@ fn files_come_back_as_they_were_written() {
         MeshFormat::Obj,
         MeshFormat::Ply,
         MeshFormat::Stl,
+        MeshFormat::ThreeMf,
     ] {
         let mut bytes = Vec::new();
         write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
@@ -281,7 +282,12 @@ fn files_that_are_not_meshes_are_refused() {
         MeshSdf::new(&flat),
         Err(MeshReadError::NoTriangles)
     ));
-    for format in [MeshFormat::Glb, MeshFormat::Ply, MeshFormat::Stl] {
+    for format in [
+        MeshFormat::Glb,
+        MeshFormat::Ply,
+        MeshFormat::Stl,
+        MeshFormat::ThreeMf,
+    ] {
         let error =
             from_bytes(b"solid nonsense", format, Path::new("x")).map(|m| m.triangles.len());
         assert!(!matches!(error, Ok(1..)), "{format:?} {error:?}");

@@ -175,7 +175,7 @@ pub enum MeshError {
     )]
     TooMany(u64),
     /// The file name has no extension of a mesh format.
-    #[error("{}: unknown mesh format; name it .glb, .obj, .ply or .stl", .0.display())]
+    #[error("{}: unknown mesh format; name it .glb, .obj, .ply, .stl or .3mf", .0.display())]
     UnknownFormat(PathBuf),
     /// The file cannot be written.
     #[error("{}", path.display())]
