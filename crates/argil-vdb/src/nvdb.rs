@@ -4,7 +4,9 @@
 //! <https://github.com/AcademySoftwareFoundation/openvdb>): a header, metadata for each grid, and grids that programs map
 //! into memory. Nodes lie level by level, and offsets lead from parents to children.
 
+mod bytes;
 mod layout;
+mod nodes;
 mod read;
 mod statistics;
 mod write;

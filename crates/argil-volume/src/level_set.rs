@@ -341,11 +341,11 @@ impl<'a> LeafBaker<'a> {
         let mut points = [[0.0; LANES]; 3];
         for first in (0..WIDE_SAMPLES).step_by(LANES) {
             let count = LANES.min(WIDE_SAMPLES - first);
-            for i in 0..count {
-                let at = first + i;
-                let inner = [at / WIDE / WIDE, at / WIDE % WIDE, at % WIDE];
-                for axis in 0..3 {
-                    points[axis][i] = voxel * (origin[axis] + inner[axis] as i32 - 1) as f32;
+            for (axis, along) in points.iter_mut().enumerate() {
+                for (i, c) in along[..count].iter_mut().enumerate() {
+                    let at = first + i;
+                    let inner = [at / WIDE / WIDE, at / WIDE % WIDE, at % WIDE][axis];
+                    *c = voxel * (origin[axis] + inner as i32 - 1) as f32;
                 }
             }
             let [x, y, z] = points.each_ref().map(|axis| &axis[..count]);

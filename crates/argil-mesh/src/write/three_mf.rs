@@ -1,8 +1,8 @@
 //! 3D Manufacturing Format: a zip archive with the mesh as XML (<https://github.com/3MFConsortium/spec_core> 1.3, and the
 //! color groups of <https://github.com/3MFConsortium/spec_materials> 1.2). z is up.
 
+use super::options::{MeshWriteOptions, UpAxis, turned};
 use super::srgb::srgb;
-use super::{MeshWriteOptions, UpAxis, turned};
 use crate::Mesh;
 use std::collections::HashMap;
 use std::io::{self, Cursor, Seek, Write};

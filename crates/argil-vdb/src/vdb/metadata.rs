@@ -100,8 +100,8 @@ pub(super) fn read_transform(from: &mut Reader<'_>) -> Result<Transform, VdbErro
     let mut three = || Ok::<_, VdbError>([from.f64(what)?, from.f64(what)?, from.f64(what)?]);
     let scaled = |scale: [f64; 3], translation: [f64; 3]| {
         let mut own = Transform::uniform(1.0, translation);
-        for axis in 0..3 {
-            own.columns[axis][axis] = scale[axis];
+        for (axis, length) in scale.into_iter().enumerate() {
+            own.columns[axis][axis] = length;
         }
         own
     };

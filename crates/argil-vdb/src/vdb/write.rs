@@ -166,25 +166,7 @@ impl<W: Write + Seek> VdbWriter<W> {
         for tile in tiles.iter().filter(|tile| tile.is_active) {
             statistics.add_root_tile(tile.origin);
         }
-        let mut out = Vec::new();
-        let count = self
-            .names
-            .iter()
-            .filter(|name| **name == header.name)
-            .count();
-        let unique = match count {
-            0 => header.name.clone(),
-            n => format!("{}\u{1e}{n}", header.name),
-        };
-        self.names.push(header.name.clone());
-        write_string(&unique, &mut out);
-        let half = if self.options.is_half {
-            "_HalfFloat"
-        } else {
-            ""
-        };
-        write_string(&format!("{}{half}", V::TREE), &mut out);
-        write_string("", &mut out);
+        let mut out = self.descriptor::<V>(&header.name);
         let offsets = self.at + out.len() as u64;
         out.extend([0; 24]);
         let grid = self.at + out.len() as u64;
@@ -197,7 +179,6 @@ impl<W: Write + Seek> VdbWriter<W> {
         out.extend(flags.to_le_bytes());
         let known = self.known_metadata(header);
         // Statistics come last and have fixed lengths, because they are known at the end.
-        let count = known.len() + header.metadata.len() + 4;
         let mut own = Vec::new();
         metadata::write(
             &[
@@ -207,10 +188,6 @@ impl<W: Write + Seek> VdbWriter<W> {
             ]
             .concat(),
             &mut own,
-        );
-        debug_assert_eq!(
-            u32::from_le_bytes([own[0], own[1], own[2], own[3]]) as usize,
-            count
         );
         let patched =
             self.at + (out.len() + own.len()) as u64 - statistics_bytes(&statistics).len() as u64;
@@ -239,6 +216,26 @@ impl<W: Write + Seek> VdbWriter<W> {
             children,
             statistics,
         })
+    }
+
+    /// Returns the name and the type of the next grid.
+    fn descriptor<V: Voxel>(&mut self, name: &str) -> Vec<u8> {
+        let mut out = Vec::new();
+        let count = self.names.iter().filter(|own| *own == name).count();
+        let unique = match count {
+            0 => name.to_owned(),
+            n => format!("{name}\u{1e}{n}"),
+        };
+        self.names.push(name.to_owned());
+        write_string(&unique, &mut out);
+        let half = if self.options.is_half {
+            "_HalfFloat"
+        } else {
+            ""
+        };
+        write_string(&format!("{}{half}", V::TREE), &mut out);
+        write_string("", &mut out);
+        out
     }
 
     fn known_metadata(&self, header: &GridHeader) -> Metadata {

@@ -1,10 +1,7 @@
 //! `.npy`, `.nrrd` and `.raw`: all samples of a box.
 
-use super::sparse::Written;
-use super::{
-    ExportClass, ExportError, ExportFormat, ExportOptions, ExportReport, ExportSink, ExportStages,
-    density, write_failed,
-};
+use super::options::{ExportClass, ExportError, ExportFormat, ExportOptions, ExportReport};
+use super::work::{ExportSink, ExportStages, Written, density, write_failed};
 use crate::World;
 use argil_field::Grid;
 use argil_volume::LevelSetLayout;

@@ -1,9 +1,7 @@
 //! `.vdb` and `.nvdb`.
 
-use super::{
-    ExportClass, ExportError, ExportFormat, ExportOptions, ExportSink, ExportStages, density,
-    write_failed,
-};
+use super::options::{ExportClass, ExportError, ExportFormat, ExportOptions};
+use super::work::{ExportSink, ExportStages, Written, density, write_failed};
 use crate::World;
 use argil_vdb::nvdb::{self, NanoType};
 use argil_vdb::vdb::{self, WriteOptions};
@@ -13,9 +11,6 @@ use rayon::prelude::*;
 
 /// Voxels along the side of an upper node.
 const UPPER_VOXELS: u32 = 4096;
-
-/// The box of the active voxels, and their number.
-pub(super) type Written = (Option<[[i32; 3]; 2]>, u64);
 
 pub(super) fn write(
     world: &World,
