@@ -87,6 +87,8 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyh
         .collect();
     let all = json!({
         "volume": path.display().to_string(),
+        "device": world.engine().device(),
+        "resolution": report.bounds.map(|[low, high]| [0, 1, 2].map(|axis| high[axis] - low[axis] + 1)),
         "brushes": world.program().brush_count(),
         "export_ms": report.duration_ms,
         "stages_ms": stages,

@@ -127,7 +127,12 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::Open, "File", "Open…", ctrl(Key::O)),
     entry(Command::Save, "File", "Save", ctrl(Key::S)),
     entry(Command::SaveAs, "File", "Save as…", ctrl_shift(Key::S)),
-    entry(Command::Import, "File", "Import mesh…", ctrl(Key::I)),
+    entry(
+        Command::Import,
+        "File",
+        "Import mesh or volume…",
+        ctrl(Key::I),
+    ),
     entry(Command::ExportMesh, "File", "Export mesh…", ctrl(Key::E)),
     entry(
         Command::ExportPicture,

@@ -29,12 +29,17 @@ impl FileRequest {
     pub fn kind(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Open | Self::Save => ("Scene", &["json"]),
-            Self::Import => ("Mesh or heightmap", &["obj", "glb", "ply", "stl", "png"]),
-            Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl"]),
+            Self::Import => (
+                "Mesh, volume or heightmap",
+                &[
+                    "obj", "glb", "ply", "stl", "3mf", "vdb", "nvdb", "npy", "nrrd", "png",
+                ],
+            ),
+            Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl", "3mf"]),
             Self::Picture => ("PNG image", &["png"]),
             Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
             Self::Turntable => ("Folder", &[]),
-            Self::Volume => ("Volume", &["argil"]),
+            Self::Volume => ("Volume", &["argil", "vdb", "nvdb", "npy", "nrrd"]),
         }
     }
 }

@@ -6,14 +6,15 @@ use crate::ready::ready;
 use crate::save_target;
 use crate::viewport_camera::ViewportCamera;
 use anyhow::Context;
+use argil::math::Control;
 use argil::mesh::{MeshFormat, MeshWriteOptions, write as write_mesh};
 use argil::render::{RenderMode, RenderSettings};
 use argil::scene::{NodeId, Scene};
-use argil::{BricksOptions, Engine, LoadedMesh, MeshOptions, Orbit, write_png};
-use std::io::Write;
+use argil::{BricksOptions, Engine, ExportFormat, LoadedMesh, MeshOptions, Orbit, write_png};
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
 /// The result of a job.
@@ -49,13 +50,19 @@ pub(crate) struct Loaded {
 }
 
 /// The progress of a job, shared by both threads.
-#[derive(Default)]
 struct JobProgress {
     thousandths: AtomicU32,
-    is_cancelled: AtomicBool,
+    control: Control,
 }
 
 impl JobProgress {
+    fn new() -> Self {
+        Self {
+            thousandths: AtomicU32::new(0),
+            control: Control::new(),
+        }
+    }
+
     fn set(&self, part: f32) -> bool {
         let part = (1000.0 * part) as u32;
         self.thousandths.store(part, Ordering::Relaxed);
@@ -63,7 +70,7 @@ impl JobProgress {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.is_cancelled.load(Ordering::Relaxed)
+        self.control.is_cancelled()
     }
 
     /// Writes a file, unless the job is canceled first.
@@ -95,12 +102,15 @@ pub(crate) struct BackgroundJob {
 impl BackgroundJob {
     /// Returns the progress from 0 to 1; 0 while it is unknown.
     pub(crate) fn part(&self) -> f32 {
-        self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0
+        let own = self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0;
+        let stage = self.progress.control.progress();
+        let of_stage = stage.filter(|stage| stage.total > 0);
+        own.max(of_stage.map_or(0.0, |stage| stage.done as f32 / stage.total as f32))
     }
 
     /// Cancels the job. Its current step still runs to the end, in the background.
     pub(crate) fn cancel(&self) {
-        self.progress.is_cancelled.store(true, Ordering::Relaxed);
+        self.progress.control.cancel();
     }
 }
 
@@ -150,7 +160,7 @@ impl Jobs {
         reads: Option<Option<NodeId>>,
         work: impl AsyncFnOnce(&JobProgress) -> anyhow::Result<JobResult> + Send + 'static,
     ) {
-        let progress = Arc::new(JobProgress::default());
+        let progress = Arc::new(JobProgress::new());
         let (sender, result) = channel();
         let own = progress.clone();
         #[cfg(not(target_arch = "wasm32"))]
@@ -219,7 +229,11 @@ impl Jobs {
     ) {
         let name = format!("Exporting {}", path.display());
         self.start(name, None, async move |progress| {
-            export(what, &scene, &path, how, progress).await
+            let done = export(what, &scene, &path, how, progress).await;
+            match done {
+                Err(_) if progress.is_cancelled() => Ok(JobResult::Cancelled),
+                done => done,
+            }
         });
     }
 }
@@ -250,7 +264,8 @@ async fn export(
     let mut written = path.display().to_string();
     match what {
         FileRequest::Mesh => {
-            let world = Engine::cpu().build(scene)?.field();
+            let engine = Engine::cpu().with_control(&progress.control);
+            let world = engine.build(scene)?.field();
             let options = MeshOptions {
                 resolution: how.resolution,
                 ..MeshOptions::default()
@@ -267,6 +282,10 @@ async fn export(
                 write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;
             written += &format!(", {counts} triangles");
+        }
+        FileRequest::Volume if ExportFormat::from_path(path).is_some() => {
+            let voxels = export_volume(scene, path, how.resolution, progress).await?;
+            written += &format!(", {voxels} voxels");
         }
         FileRequest::Volume => {
             let options = BricksOptions {
@@ -315,6 +334,27 @@ async fn export(
     Ok(JobResult::Written(format!("Exported {written}")))
 }
 
+/// Writes a volume for other programs, and returns the number of its voxels.
+async fn export_volume(
+    scene: &Scene,
+    path: &Path,
+    resolution: u32,
+    progress: &JobProgress,
+) -> anyhow::Result<u64> {
+    let format = ExportFormat::from_path(path).context("unknown volume format")?;
+    let engine = Engine::cpu().with_control(&progress.control);
+    let world = engine.build(scene)?.field();
+    let options = argil::ExportOptions {
+        resolution,
+        ..argil::ExportOptions::default()
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    let report = world.export_to(&mut bytes, format, &options)?;
+    breathe().await;
+    progress.put(path, |out| out.write_all(bytes.get_ref()))?;
+    Ok(report.voxels)
+}
+
 fn not_given((path, _): &Named) -> anyhow::Error {
     anyhow::anyhow!("the mesh {path} is missing: open its file too, or drop it on the page")
 }
@@ -332,9 +372,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("mesh.obj");
         let write = |text: &'static str| move |out: &mut dyn Write| out.write_all(text.as_bytes());
-        let progress = JobProgress::default();
+        let progress = JobProgress::new();
         progress.put(&path, write("before")).expect("a file");
-        progress.is_cancelled.store(true, Ordering::Relaxed);
+        progress.control.cancel();
         assert!(progress.put(&path, write("after")).is_err());
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "before");
         let left = std::fs::read_dir(folder.path()).expect("a folder").count();

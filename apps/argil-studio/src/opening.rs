@@ -62,8 +62,8 @@ impl Session {
     /// Opens or imports a file that was dropped on the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn open_or_import(&mut self, path: &Path) {
-        if MeshFormat::from_path(path).is_some() || argil::scene::is_image(&path.to_string_lossy())
-        {
+        let is_sampled = MeshFormat::from_path(path).is_some() || argil::is_volume_file(path);
+        if is_sampled || argil::scene::is_image(&path.to_string_lossy()) {
             self.attempt(|s| s.import(path));
         } else if self.may_leave(AfterDialog::Open(path.into())) {
             self.open(path);

@@ -13,8 +13,10 @@ use std::path::Path;
 impl Session {
     /// Opens a scene with its meshes, or adds missing meshes, or imports other meshes.
     pub(crate) fn open_bytes(&mut self, files: Vec<NamedBytes>) {
-        let is_mesh =
-            |name: &str| MeshFormat::from_path(Path::new(name)).is_some() || is_image(name);
+        let is_mesh = |name: &str| {
+            let path = Path::new(name);
+            MeshFormat::from_path(path).is_some() || argil::is_volume_file(path) || is_image(name)
+        };
         let (meshes, scenes): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|(name, _)| is_mesh(name));
         if let Some(scene) = scenes.into_iter().next() {

@@ -339,6 +339,23 @@ fn meshes_are_exported_and_imported_in_the_background() {
 }
 
 #[test]
+fn volumes_of_other_programs_are_exported_and_imported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut desk = with_a_ball();
+    for name in ["ball.vdb", "ball.nvdb"] {
+        let file = folder.path().join(name);
+        desk.answers.borrow_mut().push(file.clone());
+        desk.choose("File", "Export volume…");
+        desk.until_told("voxels");
+        assert!(file.exists());
+        desk.answers.borrow_mut().push(file);
+        desk.press(Modifiers::COMMAND, Key::I);
+        desk.until_told("Imported");
+    }
+    assert_eq!(names(&desk), ["Sphere", "ball", "ball"]);
+}
+
+#[test]
 fn unsaved_work_is_restored_after_a_crash() {
     let folder = tempfile::tempdir().expect("a folder");
     let begin = || Begin {

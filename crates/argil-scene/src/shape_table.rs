@@ -573,10 +573,10 @@ macro_rules! shape_table {
 
                 /// The solid of a mesh file. It is sampled when the scene is loaded, and holes are closed.
                 Mesh(sd_sampled, sampled_loops) {
-                    /// An OBJ, GLB, PLY or STL file, or a .grid file of sampled distances, relative to the scene's
-                    /// file.
+                    /// An OBJ, GLB, PLY, STL or 3MF file, a volume (.vdb, .nvdb, .npy, .nrrd), or a .grid file of sampled
+                    /// distances, relative to the scene's file.
                     path: String => mesh_path,
-                    /// Samples along the longest side of its box, from 16 to 512.
+                    /// Samples along the longest side of its box, from 16 to 512. A volume keeps its own.
                     #[serde(default = "mesh_resolution")]
                     resolution: u32 => mesh_resolution,
                     /// Its samples, once it is loaded.

@@ -72,7 +72,8 @@ pub use representation::{
 };
 #[cfg(feature = "volume-files")]
 pub use volume_import::{
-    RawLayout, RawType, ReadVolume, VolumeReadError, VolumeReadOptions, is_volume_file, read_volume,
+    RawLayout, RawType, ReadVolume, VolumeReadError, VolumeReadOptions, is_volume_file,
+    read_volume, read_volume_bytes,
 };
 pub use volume_io::stored_scene;
 pub use world::World;

@@ -74,6 +74,10 @@ pub enum MeshFileError {
         /// What was wrong.
         source: MeshReadError,
     },
+    /// The volume of another program cannot be read.
+    #[cfg(feature = "volume-files")]
+    #[error(transparent)]
+    Volume(#[from] crate::VolumeReadError),
     /// The file lies outside the scene's folder.
     #[error(
         "the mesh \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
@@ -139,6 +143,14 @@ pub fn load_meshes_from_bytes(
             continue;
         };
         let place = Path::new(own);
+        #[cfg(feature = "volume-files")]
+        if crate::is_volume_file(place) {
+            let volume = crate::read_volume_bytes(bytes, place, &Default::default())?;
+            let mesh = of_grid(&path, resolution, volume.grid);
+            scene.set_mesh_grid(path, resolution, mesh.grid.clone());
+            loaded.push(mesh);
+            continue;
+        }
         if is_image(own) || is_grid(own) {
             let grid = match is_image(own) {
                 true => heights(bytes, resolution, place)?,
@@ -258,6 +270,11 @@ fn load(
     solids: &mut HashMap<PathBuf, MeshSdf>,
     control: &Control,
 ) -> Result<LoadedMesh, MeshFileError> {
+    #[cfg(feature = "volume-files")]
+    if crate::is_volume_file(place) {
+        let volume = crate::read_volume(place, &Default::default())?;
+        return Ok(of_grid(path, resolution, volume.grid));
+    }
     if is_grid(path) {
         let grid = grid_of(&argil_mesh::bytes(place)?, place)?;
         return Ok(of_grid(path, resolution, grid));

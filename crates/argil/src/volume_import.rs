@@ -114,10 +114,14 @@ pub fn read_volume(
         path: path.into(),
         source,
     })?;
-    read_bytes(&bytes, path, options)
+    read_volume_bytes(&bytes, path, options)
 }
 
-fn read_bytes(
+/// Reads a volume as [`read_volume`](fn@read_volume) does, from bytes. `path` tells the format, and appears in messages.
+///
+/// # Errors
+/// If the bytes are damaged, have voxels that are no cubes along the axes, or hold no surface.
+pub fn read_volume_bytes(
     bytes: &[u8],
     path: &Path,
     options: &VolumeReadOptions,
