@@ -4,16 +4,16 @@
 
 #![no_main]
 
-use argil_volume::{Stored, Volume};
+use argil_volume::{Volume, VolumeFile};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     let mut bytes = bytes.to_vec();
     repair(&mut bytes);
-    let Ok(stored) = Stored::from_bytes(&bytes, "fuzz") else {
+    let Ok(stored) = VolumeFile::from_bytes(&bytes, "fuzz") else {
         return;
     };
-    let center = stored.volume.lattice().aabb().center();
+    let center = stored.volume.voxel_grid().aabb().center();
     match &stored.volume {
         Volume::Dense(dense) => {
             for level in 0..dense.levels().len() as u32 {
@@ -23,6 +23,8 @@ fuzz_target!(|bytes: &[u8]| {
         Volume::Bricks(bricks) => {
             assert!(!bricks.distance(center).is_nan() || bricks.len() > 0);
         }
+        // They have no file.
+        Volume::Levels(_) => unreachable!("levels are not stored"),
         Volume::Octree(octree) => {
             assert!(octree.tree().check(octree.layout()).is_none());
             for (i, cell) in octree.cells().enumerate() {
