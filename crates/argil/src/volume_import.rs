@@ -80,7 +80,8 @@ pub enum VolumeReadError {
 
 /// Whether a file name is that of a volume of another program: `.vdb`, `.nvdb`, `.npy`, `.nrrd` or `.raw`.
 pub fn is_volume_file(path: &Path) -> bool {
-    crate::ExportFormat::from_path(path).is_some()
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    ["vdb", "nvdb", "npy", "nrrd", "raw"].contains(&ending.to_lowercase().as_str())
 }
 
 /// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
