@@ -8,6 +8,18 @@ use xtask::{LINT_WHILE_COMPILING, chore, root, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
 
+/// What is compiled only if it is asked for.
+const ZARR: [&str; 8] = [
+    "nextest",
+    "run",
+    "--locked",
+    "--package",
+    "argil",
+    "--features",
+    "zarr",
+    "--test=zarr",
+];
+
 /// Packages without public documentation: programs, and their tests and tasks.
 const NOT_DOCUMENTED: &[&str] = &[
     "argil-chores",
@@ -49,6 +61,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     ensure_gpu()?;
     ensure_openvdb()?;
     compiled(&[TESTS, &["--no-fail-fast"]].concat())?;
+    compiled(&ZARR)?;
     compiled(&["test", "--workspace", "--locked", "--doc"])?;
     run("cargo", &documentation())?;
     chore(LINT_WHILE_COMPILING, &["web", "test"])?;

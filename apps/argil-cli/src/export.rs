@@ -3,18 +3,44 @@
 use crate::args::BakeArgs;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{ExportFormat, ExportOptions};
+use argil::{ExportFormat, ExportOptions, ExportReport, World};
 use serde_json::{Map, json};
 use std::path::Path;
 
+/// A format of other programs.
+#[derive(Clone, Copy)]
+pub(crate) enum OutputFormat {
+    /// One file.
+    File(ExportFormat),
+    /// An OME-Zarr folder.
+    Zarr,
+}
+
+impl OutputFormat {
+    fn from_path(path: &Path) -> Option<Self> {
+        let is_zarr = path
+            .extension()
+            .is_some_and(|own| own.eq_ignore_ascii_case("zarr"));
+        let file = ExportFormat::from_path(path).map(Self::File);
+        file.or(is_zarr.then_some(Self::Zarr))
+    }
+
+    fn extension(self) -> &'static str {
+        match self {
+            Self::File(format) => format.extension(),
+            Self::Zarr => "zarr",
+        }
+    }
+}
+
 /// Returns the format of an output file for other programs. `None` for a volume of Argil.
-pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<ExportFormat>> {
-    let format = options.output.as_deref().and_then(ExportFormat::from_path);
+pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<OutputFormat>> {
+    let format = options.output.as_deref().and_then(OutputFormat::from_path);
     let own = &options.export;
     ensure!(
         format.is_some()
             || (own.class.is_none() && own.codec.is_none() && !own.colors && !own.keep_bounds),
-        "--class, --keep-bounds, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd or .raw"
+        "--class, --keep-bounds, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd, .raw or .zarr"
     );
     Ok(format)
 }
@@ -48,7 +74,32 @@ fn check_flags(options: &BakeArgs, ending: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyhow::Result<()> {
+fn write(
+    world: &World,
+    path: &Path,
+    format: OutputFormat,
+    how: &ExportOptions,
+) -> anyhow::Result<ExportReport> {
+    match format {
+        OutputFormat::File(_) => Ok(world.export(path, how)?),
+        #[cfg(feature = "zarr")]
+        OutputFormat::Zarr => Ok(world.export_zarr(path, how)?),
+        #[cfg(not(feature = "zarr"))]
+        OutputFormat::Zarr => anyhow::bail!(
+            "this program was compiled without OME-Zarr: use `cargo run --release --features zarr -- bake …`"
+        ),
+    }
+}
+
+/// Returns the length of a file, or of all files in a folder.
+fn bytes_of(path: &Path) -> u64 {
+    match std::fs::read_dir(path) {
+        Ok(entries) => entries.flatten().map(|entry| bytes_of(&entry.path())).sum(),
+        Err(_) => std::fs::metadata(path).map_or(0, |file| file.len()),
+    }
+}
+
+pub(crate) fn run(options: &BakeArgs, path: &Path, format: OutputFormat) -> anyhow::Result<()> {
     output::check_place(path, &options.scene)?;
     check_flags(options, format.extension())?;
     let volume = &options.volume;
@@ -71,7 +122,7 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyh
     input::spare_meshes(&scene, &options.scene, Some(path))?;
     let place = || options.scene.display().to_string();
     let world = engine.build(&scene).with_context(place)?.field();
-    let report = world.export(path, &how).with_context(place)?;
+    let report = write(&world, path, format, &how).with_context(place)?;
     if report.is_clipped {
         let box_text = "the scene is infinite, and is cut off at its box";
         eprintln!(
@@ -79,7 +130,7 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: ExportFormat) -> anyh
             place()
         );
     }
-    let bytes = std::fs::metadata(path).map_or(0, |file| file.len());
+    let bytes = bytes_of(path);
     let stages: Map<_, _> = report
         .stages_ms
         .iter()

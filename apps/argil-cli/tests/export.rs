@@ -140,6 +140,9 @@ fn flags_that_do_not_fit_are_refused() {
     bake(&npy, &["--colors"], 1, "colors");
     bake(&own, &["--class", "fog"], 1, "--class");
     bake(&place("a.glb"), &[], 1, "not a .glb file");
+    if !cfg!(feature = "zarr") {
+        bake(&place("a.zarr"), &[], 1, "--features zarr");
+    }
     let obj = scene("suzanne").replace(".json", ".obj");
     let back = place("back.json");
     fails(

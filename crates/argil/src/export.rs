@@ -4,6 +4,8 @@ mod dense;
 mod options;
 mod sparse;
 mod work;
+#[cfg(feature = "zarr")]
+mod zarr;
 
 use crate::representation::clip_box;
 use crate::{BuildError, World};
@@ -98,10 +100,33 @@ impl World {
         format: ExportFormat,
         options: &ExportOptions,
     ) -> Result<ExportReport, ExportError> {
-        options::check(format, options)?;
+        options::check(Some(format), options)?;
         let mut stages = ExportStages::new();
+        let is_corrected = format.is_sparse() && !options.keep_bounds;
+        let layout = self.export_layout(options, is_corrected)?;
+        let what = (format, options);
+        let (bounds, voxels) = match format.is_sparse() {
+            true => sparse::write(self, layout, what, &mut out, &mut stages)?,
+            false => dense::write(self, layout, what, &mut out, &mut stages)?,
+        };
+        self.engine().control.end();
+        Ok(ExportReport {
+            voxel_size: layout.voxel_size,
+            bounds,
+            voxels,
+            is_clipped: layout.is_cut,
+            duration_ms: stages.total_ms(),
+            stages_ms: stages.all,
+        })
+    }
+
+    fn export_layout(
+        &self,
+        options: &ExportOptions,
+        is_corrected: bool,
+    ) -> Result<LevelSetLayout, BuildError> {
         let grid = self.export_grid(options)?;
-        let layout = LevelSetLayout {
+        Ok(LevelSetLayout {
             voxel_size: grid.voxel_size,
             half_width_voxels: options.half_width_voxels,
             region: if grid.is_clipped {
@@ -110,21 +135,7 @@ impl World {
                 self.program().aabb()
             },
             is_cut: grid.is_clipped,
-            is_corrected: format.is_sparse() && !options.keep_bounds,
-        };
-        let what = (format, options);
-        let (bounds, voxels) = match format.is_sparse() {
-            true => sparse::write(self, layout, what, &mut out, &mut stages)?,
-            false => dense::write(self, layout, what, &mut out, &mut stages)?,
-        };
-        self.engine().control.end();
-        Ok(ExportReport {
-            voxel_size: grid.voxel_size,
-            bounds,
-            voxels,
-            is_clipped: grid.is_clipped,
-            duration_ms: stages.total_ms(),
-            stages_ms: stages.all,
+            is_corrected,
         })
     }
 

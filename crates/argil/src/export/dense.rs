@@ -43,36 +43,16 @@ pub(super) fn write(
         .map_err(write_failed)?;
     let control = &world.engine().control;
     control.begin("layers", size.z.into());
-    let band = layout.half_width();
-    let layer = size.x as usize * size.y as usize;
     for z in (0..size.z).step_by(LAYERS as usize) {
         world.check_export_cancelled()?;
         let layers = LAYERS.min(size.z - z);
-        let grid = Grid {
+        let part = Grid {
             min: voxel * low.as_vec3(),
             spacing: Vec3::splat(voxel),
             begin: UVec3::new(0, 0, z),
             size: UVec3::new(size.x, size.y, layers),
         };
-        let mut values = vec![0.0; layer * layers as usize];
-        world.program().distances_pruned(&grid, &mut values);
-        values
-            .par_chunks_mut(size.x as usize)
-            .enumerate()
-            .for_each(|(row, values)| {
-                if layout.is_cut {
-                    let (y, z) = (row as u32 % size.y, z + row as u32 / size.y);
-                    for (x, value) in values.iter_mut().enumerate() {
-                        let index = low + UVec3::new(x as u32, y, z).as_ivec3();
-                        *value = value.max(layout.distance_to_cut(voxel * index.as_vec3()));
-                    }
-                }
-                if options.class == ExportClass::Fog {
-                    for value in values {
-                        *value = density(*value, band);
-                    }
-                }
-            });
+        let values = sample(world, &layout, options.class, &part);
         let bytes: Vec<u8> = values
             .iter()
             .flat_map(|value| value.to_le_bytes())
@@ -82,6 +62,34 @@ pub(super) fn write(
     }
     stages.done("layers");
     Ok((Some([low.to_array(), high.to_array()]), count))
+}
+
+/// Samples a part of a box, x fastest.
+pub(super) fn sample(
+    world: &World,
+    layout: &LevelSetLayout,
+    class: ExportClass,
+    part: &Grid,
+) -> Vec<f32> {
+    let mut values = vec![0.0; part.len()];
+    world.program().distances_pruned(part, &mut values);
+    let [xs, ys, zs] = [0, 1, 2].map(|axis| part.coordinates(axis));
+    let band = layout.half_width();
+    let rows = values.par_chunks_mut(xs.len()).enumerate();
+    rows.for_each(|(row, values)| {
+        let (y, z) = (ys[row % ys.len()], zs[row / ys.len()]);
+        if layout.is_cut {
+            for (value, &x) in values.iter_mut().zip(&xs) {
+                *value = value.max(layout.distance_to_cut(Vec3::new(x, y, z)));
+            }
+        }
+        if class == ExportClass::Fog {
+            for value in values {
+                *value = density(*value, band);
+            }
+        }
+    });
+    values
 }
 
 fn header(format: ExportFormat, low: IVec3, size: UVec3, voxel: f32) -> Vec<u8> {

@@ -160,7 +160,11 @@ pub enum ExportError {
     },
 }
 
-pub(super) fn check(format: ExportFormat, options: &ExportOptions) -> Result<(), ExportError> {
+/// Checks options for a format, or for a folder of dense arrays.
+pub(super) fn check(
+    format: Option<ExportFormat>,
+    options: &ExportOptions,
+) -> Result<(), ExportError> {
     let refuse = |text: String| Err(ExportError::Option(text));
     let width = options.half_width_voxels;
     if !(1.0..=100.0).contains(&width) {
@@ -168,24 +172,25 @@ pub(super) fn check(format: ExportFormat, options: &ExportOptions) -> Result<(),
             "band of {width} voxels: choose 1 to 100 on each side of the surface"
         ));
     }
-    let ending = format.extension();
+    let ending = format.map_or("zarr", ExportFormat::extension);
     let allowed: &[u32] = match format {
-        ExportFormat::Vdb => &[16, 32],
-        ExportFormat::Nvdb => &[8, 16, 32],
+        Some(ExportFormat::Vdb) => &[16, 32],
+        Some(ExportFormat::Nvdb) => &[8, 16, 32],
         _ => &[32],
     };
+    let is_vdb = format == Some(ExportFormat::Vdb);
     if !allowed.contains(&options.bits) {
         return refuse(format!(
             "{} bits: .{ending} files have {allowed:?}",
             options.bits
         ));
     }
-    if options.colors && format != ExportFormat::Vdb {
+    if options.colors && !is_vdb {
         return refuse(format!(
             "colors: .{ending} files hold one grid; write a .vdb file"
         ));
     }
-    if options.codec != ExportCodec::None && format != ExportFormat::Vdb {
+    if options.codec != ExportCodec::None && !is_vdb {
         return refuse(format!(
             "compression: .{ending} files have none; write a .vdb file"
         ));
