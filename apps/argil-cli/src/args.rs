@@ -193,7 +193,7 @@ pub(crate) struct ExportArgs {
 pub(crate) struct BakeArgs {
     /// A scene file, or a volume file, whose scene is built again
     pub scene: PathBuf,
-    /// Output: .argil for Argil, or .vdb, .nvdb, .npy, .nrrd, .raw or .zarr for other programs; without it, the volume is only
+    /// Output: .argil for Argil, or .vdb, .nvdb, .npy, .nrrd, .raw, .png (a flip-book) or .zarr for other programs; without it, the volume is only
     /// timed
     #[arg(short, long, value_name = "VOLUME")]
     pub output: Option<PathBuf>,

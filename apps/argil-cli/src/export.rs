@@ -146,6 +146,7 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: OutputFormat) -> anyh
         "voxel": report.voxel_size,
         "first_voxel": report.bounds.map(|[low, _]| low),
         "last_voxel": report.bounds.map(|[_, high]| high),
+        "tiles": report.tiles,
         "voxels": report.voxels,
         "file_bytes": bytes,
     });
@@ -158,6 +159,9 @@ pub(crate) fn run(options: &BakeArgs, path: &Path, format: OutputFormat) -> anyh
         "{} voxels in {:.1} ms, {} bytes",
         report.voxels, report.duration_ms, bytes
     ));
+    if report.tiles.is_some() {
+        output::pair("tiles", &all["tiles"]);
+    }
     for key in ["voxel", "first_voxel", "last_voxel", "stages_ms"] {
         output::pair(key, &all[key]);
     }

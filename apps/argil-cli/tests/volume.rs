@@ -288,7 +288,7 @@ fn a_volume_file_needs_no_other_file() {
 #[test]
 fn volumes_are_not_named_as_other_files_are() {
     let folder = tempfile::tempdir().expect("a folder");
-    for name in ["v.glb", "v.json", "v.png"] {
+    for name in ["v.glb", "v.json", "v.gif"] {
         let place = folder.path().join(name).display().to_string();
         let run = ["bake", &scene("csg20"), "--resolution", "32", "-o", &place];
         fails(&run, 1, "name it .argil");

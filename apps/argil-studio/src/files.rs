@@ -39,7 +39,7 @@ impl FileRequest {
             Self::Picture => ("PNG image", &["png"]),
             Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
             Self::Turntable => ("Folder", &[]),
-            Self::Volume => ("Volume", &["argil", "vdb", "nvdb", "npy", "nrrd"]),
+            Self::Volume => ("Volume", &["argil", "vdb", "nvdb", "npy", "nrrd", "png"]),
         }
     }
 }

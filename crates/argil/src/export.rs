@@ -1,6 +1,8 @@
 //! Writes a world's distances for other programs.
 
 mod dense;
+#[cfg(feature = "png")]
+mod flip_book;
 mod options;
 mod sparse;
 mod work;
@@ -18,9 +20,16 @@ use std::io::{Seek, Write};
 use std::path::Path;
 use work::{ExportSink, ExportStages};
 
+/// Returns the columns and rows of a flip-book.
+fn tiles(bounds: [[i32; 3]; 2]) -> [u32; 2] {
+    let layers = f64::from(bounds[1][2] - bounds[0][2] + 1);
+    let columns = layers.sqrt().ceil();
+    [columns as u32, (layers / columns).ceil() as u32]
+}
+
 impl World {
     /// Writes the world's distances to a file for other programs, in the format of its extension: `.vdb`, `.nvdb`,
-    /// `.npy`, `.nrrd` or `.raw`. They are sampled from the field, whatever the world's representation is, at multiples of
+    /// `.npy`, `.nrrd`, `.raw` or `.png` (a flip-book). They are sampled from the field, whatever the world's representation is, at multiples of
     /// the voxel size. An infinite scene is cut off at its box, and closed there.
     ///
     /// ```
@@ -105,19 +114,47 @@ impl World {
         let is_corrected = format.is_sparse() && !options.keep_bounds;
         let layout = self.export_layout(options, is_corrected)?;
         let what = (format, options);
-        let (bounds, voxels) = match format.is_sparse() {
-            true => sparse::write(self, layout, what, &mut out, &mut stages)?,
-            false => dense::write(self, layout, what, &mut out, &mut stages)?,
+        let (bounds, voxels) = match format {
+            ExportFormat::FlipBook => {
+                self.export_flip_book(layout, options, &mut out, &mut stages)?
+            }
+            _ if format.is_sparse() => sparse::write(self, layout, what, &mut out, &mut stages)?,
+            _ => dense::write(self, layout, what, &mut out, &mut stages)?,
         };
+        let is_tiled = format == ExportFormat::FlipBook;
         self.engine().control.end();
         Ok(ExportReport {
             voxel_size: layout.voxel_size,
             bounds,
+            tiles: bounds.filter(|_| is_tiled).map(tiles),
             voxels,
             is_clipped: layout.is_cut,
             duration_ms: stages.total_ms(),
             stages_ms: stages.all,
         })
+    }
+
+    #[cfg(feature = "png")]
+    fn export_flip_book(
+        &self,
+        layout: LevelSetLayout,
+        options: &ExportOptions,
+        out: &mut &mut dyn ExportSink,
+        stages: &mut ExportStages,
+    ) -> Result<work::Written, ExportError> {
+        flip_book::write(self, layout, options, out, stages)
+    }
+
+    #[cfg(not(feature = "png"))]
+    fn export_flip_book(
+        &self,
+        _: LevelSetLayout,
+        _: &ExportOptions,
+        _: &mut &mut dyn ExportSink,
+        _: &mut ExportStages,
+    ) -> Result<work::Written, ExportError> {
+        let text = "this program was compiled without PNG files (the feature `png`)";
+        Err(ExportError::Option(text.into()))
     }
 
     fn export_layout(

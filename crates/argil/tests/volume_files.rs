@@ -318,6 +318,51 @@ fn dense_files_come_back_as_shapes() {
     );
 }
 
+/// Independent: the field, at the place of each pixel that is looked at.
+#[test]
+fn a_flip_book_has_all_layers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let world = world(&solid());
+    let path = folder.path().join("a.png");
+    let report = world.export(&path, &options()).expect("a file");
+    let [low, high] = report.bounds.expect("a box");
+    let size = [0, 1, 2].map(|axis| (high[axis] - low[axis] + 1) as u32);
+    let [columns, rows] = report.tiles.expect("tiles");
+    assert!(columns * rows >= size[2] && columns * rows < size[2] + columns);
+    let file = std::io::BufReader::new(std::fs::File::open(&path).expect("a file"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a picture");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("pixels");
+    assert_eq!(
+        (info.width, info.height),
+        (columns * size[0], rows * size[1])
+    );
+    assert_eq!(info.bit_depth, png::BitDepth::Sixteen);
+    let band = 3.0 * report.voxel_size;
+    let mut near = 0;
+    for place in indices() {
+        let at = [0, 1, 2].map(|axis| place[axis] - low[axis]);
+        if (0..3).any(|axis| at[axis] < 0 || at[axis] >= size[axis] as i32) {
+            continue;
+        }
+        let [x, y, z] = at.map(|c| c as u32);
+        let pixel = [
+            z % columns * size[0] + x,
+            z / columns * size[1] + size[1] - 1 - y,
+        ];
+        let byte = 2 * (pixel[1] * info.width + pixel[0]) as usize;
+        let found = f32::from(u16::from_be_bytes([bytes[byte], bytes[byte + 1]])) / 65_535.0;
+        let exact = world.distance(place.map(|c| report.voxel_size * c as f32));
+        let expected = (0.5 + 0.5 * exact / band).clamp(0.0, 1.0);
+        assert!(
+            (found - expected).abs() < 2e-5,
+            "{place:?}: {found} for {expected}"
+        );
+        near += u32::from(expected > 0.0 && expected < 1.0);
+    }
+    assert!(near > 1000, "{near}");
+}
+
 /// Cutting off closes the solid: outside of the box, all is outside.
 #[test]
 fn an_infinite_scene_is_cut_off_and_closed() {

@@ -30,7 +30,7 @@ fn what_a_format_cannot_hold_is_refused() {
         assert!(!path.exists(), "{name}");
         error
     };
-    assert!(refused("a.txt", options()).contains(".vdb, .nvdb, .npy, .nrrd or .raw"));
+    assert!(refused("a.txt", options()).contains(".nrrd, .raw or .png"));
     let of = |bits| ExportOptions { bits, ..options() };
     assert!(refused("a.vdb", of(8)).contains("8 bits"));
     assert!(refused("a.npy", of(16)).contains("16 bits"));

@@ -23,15 +23,8 @@ pub(super) fn write(
     stages: &mut ExportStages,
 ) -> Result<Written, ExportError> {
     let voxel = layout.voxel_size;
-    let region = layout.region;
-    if region.is_empty() {
-        return Err(ExportError::Option(
-            "the scene is empty: there is no box to sample".into(),
-        ));
-    }
-    let low = (region.min / voxel).floor().as_ivec3() - 1;
-    let high = (region.max / voxel).ceil().as_ivec3() + 1;
-    let size = (high - low + 1).as_uvec3();
+    let (low, size) = lattice(&layout)?;
+    let high = low + size.as_ivec3() - 1;
     let count: u64 = size.to_array().map(u64::from).iter().product();
     if count > MAX_SAMPLES {
         let text = format!(
@@ -62,6 +55,18 @@ pub(super) fn write(
     }
     stages.done("layers");
     Ok((Some([low.to_array(), high.to_array()]), count))
+}
+
+/// Returns the first index of a layout's box, and the number of samples along each axis.
+pub(super) fn lattice(layout: &LevelSetLayout) -> Result<(IVec3, UVec3), ExportError> {
+    if layout.region.is_empty() {
+        return Err(ExportError::Option(
+            "the scene is empty: there is no box to sample".into(),
+        ));
+    }
+    let low = (layout.region.min / layout.voxel_size).floor().as_ivec3() - 1;
+    let high = (layout.region.max / layout.voxel_size).ceil().as_ivec3() + 1;
+    Ok((low, (high - low + 1).as_uvec3()))
 }
 
 /// Samples a part of a box, x fastest.

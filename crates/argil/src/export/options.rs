@@ -19,11 +19,22 @@ pub enum ExportFormat {
     Nrrd,
     /// 32-bit floats, x fastest, and a `.json` file with their number and place.
     Raw,
+    /// A flip-book for game engines, such as Unity's 3D textures: the layers along z as tiles of a 16-bit grayscale PNG
+    /// image, row by row from the top left. [`ExportReport::tiles`] counts them. Distances are from half the band's width
+    /// inside, black, to as far outside, white.
+    FlipBook,
 }
 
 impl ExportFormat {
     /// All formats.
-    pub const ALL: [Self; 5] = [Self::Vdb, Self::Nvdb, Self::Npy, Self::Nrrd, Self::Raw];
+    pub const ALL: [Self; 6] = [
+        Self::Vdb,
+        Self::Nvdb,
+        Self::Npy,
+        Self::Nrrd,
+        Self::Raw,
+        Self::FlipBook,
+    ];
 
     /// Returns the format of a file name's extension.
     pub fn from_path(path: &Path) -> Option<Self> {
@@ -39,6 +50,7 @@ impl ExportFormat {
             Self::Npy => "npy",
             Self::Nrrd => "nrrd",
             Self::Raw => "raw",
+            Self::FlipBook => "png",
         }
     }
 
@@ -127,6 +139,8 @@ pub struct ExportReport {
     pub voxel_size: f32,
     /// The first and the last voxel with a value, along each axis. `None` if there is none.
     pub bounds: Option<[[i32; 3]; 2]>,
+    /// Columns and rows of a flip-book.
+    pub tiles: Option<[u32; 2]>,
     /// Voxels that have values of their own.
     pub voxels: u64,
     /// Whether the scene is infinite, and was cut off at its box.
@@ -145,7 +159,7 @@ pub enum ExportError {
     #[error(transparent)]
     Build(#[from] BuildError),
     /// The file name has no extension of a format.
-    #[error("{}: unknown volume format; name it .vdb, .nvdb, .npy, .nrrd or .raw", .0.display())]
+    #[error("{}: unknown volume format; name it .vdb, .nvdb, .npy, .nrrd, .raw or .png", .0.display())]
     UnknownFormat(PathBuf),
     /// An option is out of range, or the format cannot hold it.
     #[error("{0}")]

@@ -72,6 +72,7 @@ impl World {
         let high = finest.low + finest.size.as_ivec3() - 1;
         Ok(ExportReport {
             voxel_size: layout.voxel_size,
+            tiles: None,
             bounds: Some([finest.low.to_array(), high.to_array()]),
             voxels: levels.iter().map(|level| level.count()).sum(),
             is_clipped: layout.is_cut,
