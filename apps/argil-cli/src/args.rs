@@ -28,7 +28,7 @@ pub(crate) enum CliCommand {
     Render(RenderArgs),
     /// Build a volume from a scene, and time it; with -o, write it
     Bake(BakeArgs),
-    /// Extract triangles from a scene or a volume; with -o, write them as GLB, OBJ, PLY or STL
+    /// Extract triangles from a scene or a volume; with -o, write them as GLB, OBJ, PLY, STL or 3MF
     Mesh(MeshArgs),
     /// Apply a file of edits to a built volume, and time each one
     Edit(EditArgs),
@@ -128,10 +128,10 @@ pub(crate) struct VolumeArgs {
     /// Dense: build mips, whose band doubles with each level
     #[arg(long)]
     pub mips: bool,
-    /// Bits per stored distance, 8 or 16 [default: 16 for bricks, else 8]
+    /// Bits per stored distance, 8 or 16 [default: 16 for bricks, 32 in files for other programs, else 8]
     #[arg(long, value_name = "8|16", value_parser = bits)]
     pub bits: Option<SampleFormat>,
-    /// Width of the stored band in voxels, on each side of the surface [default: 16 for bricks of 16 bits, else 4]
+    /// Width of the stored band in voxels, on each side of the surface [default: 16 for bricks of 16 bits, 3 in files for other programs, else 4]
     #[arg(long, value_name = "VOXELS", allow_negative_numbers = true, value_parser = voxels, conflicts_with = "stride")]
     pub band: Option<f32>,
     /// The 2023 study's texture stride, from 1 to 32: a band of 256/N voxels
@@ -373,7 +373,7 @@ pub(crate) struct VolumeImportArgs {
     /// What values mean [default: what the file says, else level-set]
     #[arg(long, value_enum)]
     pub class: Option<ExportClass>,
-    /// The value at the surface [default: 0, or half of the largest density]
+    /// The value at the surface [default: 0, or half of the largest density, which lies inside of densities that Argil wrote]
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
     /// .raw: number of values along x, y and z. x is fastest

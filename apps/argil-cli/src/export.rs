@@ -3,7 +3,7 @@
 use crate::args::BakeArgs;
 use crate::{input, output};
 use anyhow::{Context, ensure};
-use argil::{ExportFormat, ExportOptions, ExportReport, World};
+use argil::{ExportClass, ExportFormat, ExportOptions, ExportReport, World};
 use serde_json::{Map, json};
 use std::path::Path;
 
@@ -46,7 +46,20 @@ pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<OutputForma
 }
 
 /// Rejects flags that do not apply to the format.
-fn check_flags(options: &BakeArgs, ending: &str) -> anyhow::Result<()> {
+fn check_flags(options: &BakeArgs, format: OutputFormat) -> anyhow::Result<()> {
+    let ending = format.extension();
+    let is_sparse = matches!(format, OutputFormat::File(own) if own.is_sparse());
+    ensure!(
+        is_sparse || !options.export.keep_bounds,
+        "--keep-bounds: a .{ending} file has the field's values in any case; omit it"
+    );
+    let has_band = is_sparse
+        || options.export.class == Some(ExportClass::Fog)
+        || matches!(format, OutputFormat::File(ExportFormat::FlipBook));
+    ensure!(
+        has_band || options.volume.band.is_none(),
+        "--band: a .{ending} file has distances everywhere; omit it"
+    );
     let volume = &options.volume;
     let others = [
         (options.via.is_some(), "--via"),
@@ -100,8 +113,14 @@ fn bytes_of(path: &Path) -> u64 {
 }
 
 pub(crate) fn run(options: &BakeArgs, path: &Path, format: OutputFormat) -> anyhow::Result<()> {
-    output::check_place(path, &options.scene)?;
-    check_flags(options, format.extension())?;
+    // A folder may be replaced by another.
+    if !(matches!(format, OutputFormat::Zarr) && path.is_dir()) {
+        output::check_place(path, &options.scene)?;
+    }
+    if matches!(format, OutputFormat::File(ExportFormat::Raw)) {
+        output::check_place(&path.with_extension("raw.json"), &options.scene)?;
+    }
+    check_flags(options, format)?;
     let volume = &options.volume;
     let default = ExportOptions::default();
     let how = ExportOptions {

@@ -91,8 +91,8 @@ fn check_volume_flags(options: &Import, is_volume: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Creates a scene that contains the solid of a volume. Its samples go next to the scene, as a .grid file.
-fn volume(options: &Import) -> anyhow::Result<()> {
+/// Rejects flags that do not fit a volume's format.
+fn check_flags_of_volume(options: &Import) -> anyhow::Result<()> {
     let flag = [
         (options.resolution.is_some(), "--resolution"),
         (options.thickness.is_some(), "--thickness"),
@@ -104,6 +104,31 @@ fn volume(options: &Import) -> anyhow::Result<()> {
             options.file.display()
         );
     }
+    let own = &options.volume;
+    let ending = options.file.extension().unwrap_or_default();
+    let is = |names: &[&str]| names.iter().any(|name| ending.eq_ignore_ascii_case(name));
+    for (is_given, flag, fits) in [
+        (own.shape.is_some(), "--shape", is(&["raw"])),
+        (own.r#type.is_some(), "--type", is(&["raw"])),
+        (
+            own.voxel_size.is_some(),
+            "--voxel-size",
+            !is(&["vdb", "nvdb"]),
+        ),
+        (own.origin.is_some(), "--origin", !is(&["vdb", "nvdb"])),
+    ] {
+        ensure!(
+            fits || !is_given,
+            "{flag}: {} says that itself; omit it",
+            options.file.display()
+        );
+    }
+    Ok(())
+}
+
+/// Creates a scene that contains the solid of a volume. Its samples go next to the scene, as a .grid file.
+fn volume(options: &Import) -> anyhow::Result<()> {
+    check_flags_of_volume(options)?;
     let own = &options.volume;
     ensure!(
         own.iso.is_none_or(f32::is_finite),
@@ -131,9 +156,9 @@ fn volume(options: &Import) -> anyhow::Result<()> {
     let solid = read.grid.solid();
     let memory = size_of_val(read.grid.words());
     let mut scene = Scene::new();
-    scene.name = name.clone();
+    scene.name = name;
     scene
-        .push(Brush::new(Shape::sampled(&name, read.grid)))
+        .push(Brush::new(Shape::sampled(stem(&options.output), read.grid)))
         .with_context(|| options.file.display().to_string())?;
     argil::field::Program::lower(&scene).with_context(|| options.file.display().to_string())?;
     scene.save(&options.output)?;
@@ -170,7 +195,7 @@ fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
     let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
     ensure!(
         !is_mesh,
-        "{}: unknown format; export it as .obj, .glb, .ply or .stl (mesh) or .png (heightmap), for example from Blender",
+        "{}: unknown format; export it as .obj, .glb, .ply, .stl or .3mf (mesh) or .png (heightmap), for example from Blender",
         path.display()
     );
     Ok(())

@@ -121,6 +121,26 @@ fn components_are_placed() {
     }
 }
 
+/// Components that place a component ten times each, fourteen deep, would never end.
+#[test]
+fn bombs_of_components_are_refused() {
+    let mut text =
+        r#"<model><object id="0"><mesh><vertex x="0" y="0" z="0"/></mesh></object>"#.to_owned();
+    for id in 1..15 {
+        let part = format!("<component objectid=\"{}\"/>", id - 1).repeat(10);
+        text += &format!("<object id=\"{id}\"><components>{part}</components></object>");
+    }
+    text += "<item objectid=\"14\"/></model>";
+    assert!(
+        read(&file_of(&text))
+            .expect_err("refused")
+            .contains("100000")
+    );
+    // Vertices of extensions are theirs.
+    let text = r#"<model xmlns:s="s"><object id="1"><mesh><s:vertex x="0" y="0"/></mesh></object></model>"#;
+    assert!(read(&file_of(text)).is_ok_and(|mesh| mesh.positions.is_empty()));
+}
+
 #[test]
 fn senseless_models_are_refused_and_end() {
     let refused = |text: &str, reason: &str| {

@@ -229,10 +229,41 @@ pub fn remove_temp_files() {
     let all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
         // It may have been renamed just now.
-        let _ = std::fs::remove_file(path);
+        let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
     }
     // Writers wait on this lock until the program ends.
     std::mem::forget(all);
+}
+
+/// A new folder that is removed with all that it holds, unless it was renamed: see [`remove_temp_files`].
+#[derive(Debug)]
+pub struct TempFolder(PathBuf);
+
+impl TempFolder {
+    /// Creates a folder.
+    ///
+    /// # Errors
+    /// If it cannot be created.
+    pub fn create(path: PathBuf) -> std::io::Result<Self> {
+        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
+        std::fs::create_dir(&path)?;
+        all.push(path.clone());
+        Ok(Self(path))
+    }
+
+    /// Returns the path.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for TempFolder {
+    fn drop(&mut self) {
+        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|path| *path != self.0);
+        drop(all);
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }
 
 #[cfg(not(target_arch = "wasm32"))]

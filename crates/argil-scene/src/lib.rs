@@ -50,7 +50,7 @@ pub use change::SceneChange;
 pub use edit::{Edit, EditError, EditOutcome};
 #[cfg(feature = "schema")]
 pub use file::schema;
-pub use file::{FORMAT_VERSION, FileError, remove_temp_files, write_atomically};
+pub use file::{FORMAT_VERSION, FileError, TempFolder, remove_temp_files, write_atomically};
 pub use history::HistoryLimit;
 pub use import::ImportError;
 pub use influence::{blend_influence_radius, max_blend_propagation};

@@ -280,6 +280,44 @@ impl<V: Voxel> Tree<V> {
         lower.leaf_at(place_of(voxel, 128, 8))
     }
 
+    /// Replaces active tiles by leaves, and other tiles by the background. Returns false, and changes nothing, if there
+    /// would be more than a number of leaves.
+    pub fn expand_active_tiles(&mut self, max_leaves: u64) -> bool {
+        let counts = self.statistics();
+        let [lower, upper, root] = counts.active_tiles;
+        if counts.active_tiles == [0; 3] {
+            return true;
+        }
+        let leaves = upper
+            .saturating_mul(16 * 16 * 16)
+            .saturating_add(lower + counts.nodes[0]);
+        if root > 0 || leaves > max_leaves {
+            return false;
+        }
+        let mut all = Vec::new();
+        let full = |origin: [i32; 3], value: V| {
+            let mut leaf = Leaf::new(origin, value);
+            leaf.active = Mask([u64::MAX; 8]);
+            leaf
+        };
+        for upper in std::mem::take(&mut self.uppers) {
+            for place in upper.active.places() {
+                let origin = voxel_of(upper.origin, place, 4096, 128);
+                let value = upper.tiles[place];
+                all.extend((0..LOWER_SIZE).map(|i| full(voxel_of(origin, i, 128, 8), value)));
+            }
+            for lower in upper.lowers {
+                for place in lower.active.places() {
+                    let origin = voxel_of(lower.origin, place, 128, 8);
+                    all.push(full(origin, lower.tiles[place]));
+                }
+                all.extend(lower.leaves);
+            }
+        }
+        *self = Self::from_leaves(self.background, all);
+        true
+    }
+
     /// Returns the leaves.
     pub fn leaves(&self) -> impl Iterator<Item = &Leaf<V>> {
         self.uppers.iter().flat_map(Upper::leaves)

@@ -111,6 +111,10 @@ impl World {
     ) -> Result<ExportReport, ExportError> {
         options::check(Some(format), options)?;
         let mut stages = ExportStages::new();
+        if self.program().aabb().is_empty() {
+            let text = "the scene is empty: there is nothing to write";
+            return Err(ExportError::Option(text.into()));
+        }
         let is_corrected = format.is_sparse() && !options.keep_bounds;
         let layout = self.export_layout(options, is_corrected)?;
         let what = (format, options);

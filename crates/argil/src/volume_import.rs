@@ -17,6 +17,10 @@ use std::path::{Path, PathBuf};
 
 /// Maximum cells of 8³ voxels in the box of a volume.
 const MAX_CELLS: u64 = 1 << 24;
+/// Maximum leaves that active tiles become.
+const MAX_LEAVES: u64 = 1 << 20;
+/// Maximum distance of a voxel from the origin, along an axis.
+const MAX_INDEX: i32 = 1 << 24;
 /// Maximum cells along a side.
 const MAX_SIDE: i32 = 512;
 
@@ -180,7 +184,17 @@ pub fn read_volume_bytes(
 type NamedLattice = (Lattice, String, GridClass);
 
 fn of_grid(grid: Grid<f32>) -> Result<NamedLattice, String> {
-    let Grid { header, tree } = grid;
+    let Grid { header, mut tree } = grid;
+    let has_tiles = tree.statistics().active_tiles != [0; 3];
+    if !tree.expand_active_tiles(MAX_LEAVES) {
+        return Err(format!(
+            "active tiles of grid {:?} take more than {MAX_LEAVES} leaves of 8³ voxels: resample it to larger voxels",
+            header.name
+        ));
+    }
+    if has_tiles && header.class == GridClass::LevelSet {
+        tree.flood_signs();
+    }
     let voxel_size = header.transform.uniform_voxel_size().ok_or_else(|| {
         format!(
             "the voxels of grid {:?} are no cubes along the axes: resample it to uniform voxels",
@@ -205,6 +219,11 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
             "no value is inside: distances are negative inside, densities need --class fog".into(),
         );
     };
+    if low.min_element() < -MAX_INDEX || high.max_element() > MAX_INDEX {
+        return Err(format!(
+            "the solid reaches {MAX_INDEX} voxels from the origin or farther: move it nearer"
+        ));
+    }
     let side = SAMPLED_SIDE as i32;
     let first = (low - 2).map(|c| c.div_euclid(side));
     let last = (high + 2).map(|c| c.div_euclid(side));
@@ -219,6 +238,12 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
         ));
     }
     let distances = Distances::new(lattice, first, cells);
+    if !distances.has_surface() {
+        return Err(
+            "no value is next to a surface: these are no distances; densities need --class fog"
+                .into(),
+        );
+    }
     let place = |index: IVec3| lattice.origin + lattice.voxel_size * index.as_vec3();
     let solid = Aabb::new(place(low - 1), place(high + 1));
     let corner = place(first * side);

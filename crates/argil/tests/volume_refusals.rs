@@ -55,13 +55,10 @@ fn what_a_format_cannot_hold_is_refused() {
         .build(&Scene::new())
         .expect("a world")
         .field();
-    let path = folder.path().join("empty.vdb");
-    assert_eq!(empty.export(&path, &options()).expect("a file").voxels, 0);
-    assert!(
-        empty
-            .export(folder.path().join("empty.npy"), &options())
-            .is_err()
-    );
+    for name in ["empty.vdb", "empty.npy", "empty.png"] {
+        let error = empty.export(folder.path().join(name), &options());
+        assert!(error.expect_err("refused").to_string().contains("empty"));
+    }
     let control = Control::new();
     control.cancel();
     let scene = solid();
@@ -103,7 +100,7 @@ fn files_without_a_solid_are_refused() {
     };
     assert!(refused("a.raw", &[0; 64], &raw([4, 4, 4])).contains("256 bytes"));
     assert!(refused("a.raw", &[0; 64], &raw([u32::MAX; 3])).contains("bytes"));
-    assert!(refused("a.raw", &[0; 64], &raw([0, 4, 4])).contains("at least 1"));
+    assert!(refused("a.raw", &[0; 64], &raw([0, 4, 4])).contains("has none"));
     assert!(refused("a.raw", &[0; 256], &raw([4, 4, 4])).contains("no value is inside"));
     assert!(refused("a.raw", &[0xff; 256], &raw([4, 4, 4])).contains("not a number"));
     // Densities without a surface.
@@ -123,4 +120,97 @@ fn files_without_a_solid_are_refused() {
     let text = refused("c.vdb", &bytes, &named);
     assert!(text.contains("smoke") && text.contains("surface"), "{text}");
     assert!(refused("c.vdb", &bytes[..bytes.len() / 2], &plain).contains("truncated"));
+}
+
+/// Reads an array of values as a mesh of the solid: its box, and whether it is closed.
+fn closed_box(values: &[f32], side: u32, is_fog: bool) -> ([f32; 3], [f32; 3]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.raw");
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    std::fs::write(&path, bytes).expect("a file");
+    let how = VolumeReadOptions {
+        is_fog: Some(is_fog),
+        raw: RawLayout {
+            shape: Some([side; 3]),
+            voxel_size: Some(1.0),
+            origin: Some([0.0; 3]),
+            ..RawLayout::default()
+        },
+        ..VolumeReadOptions::default()
+    };
+    let read = read_volume(&path, &how).expect("a volume");
+    let mut scene = Scene::new();
+    scene.push(Shape::sampled("a", read.grid)).expect("a brush");
+    let options = MeshOptions {
+        resolution: 64,
+        ..MeshOptions::default()
+    };
+    let output = world(&scene).mesh(&options).expect("a mesh");
+    assert!(output.report.is_watertight(), "{:?}", output.report);
+    let found = output.mesh.aabb();
+    (found.min.to_array(), found.max.to_array())
+}
+
+/// A solid that reaches the sides of an array ends there, and is closed.
+#[test]
+fn solids_that_an_array_cuts_are_closed() {
+    let side = 24u32;
+    let at = |i: u32| [i % side, i / side % side, i / side / side].map(|c| c as f32);
+    // The lower half, as distances, and a ball at the last layer, as densities.
+    let half: Vec<f32> = (0..side.pow(3)).map(|i| at(i)[2] - 11.5).collect();
+    let (low, high) = closed_box(&half, side, false);
+    for axis in 0..3 {
+        let top = if axis == 2 { 11.5 } else { 23.0 };
+        assert!(low[axis].abs() < 0.6, "{low:?}");
+        assert!((high[axis] - top).abs() < 0.6, "{high:?}");
+    }
+    let ball = |i: u32| {
+        let [x, y, z] = at(i);
+        let square = (x - 12.0).powi(2) + (y - 12.0).powi(2) + (z - 23.0).powi(2);
+        (8.5 - square.sqrt()).clamp(0.0, 1.0)
+    };
+    let ball: Vec<f32> = (0..side.pow(3)).map(ball).collect();
+    let (low, high) = closed_box(&ball, side, true);
+    assert!(
+        (low[0] - 4.0).abs() < 1.0 && (high[0] - 20.0).abs() < 1.0,
+        "{low:?} {high:?}"
+    );
+    assert!((high[2] - 23.5).abs() < 1.0, "{high:?}");
+}
+
+/// Active tiles are solid too, as those that other programs fill.
+#[test]
+fn active_tiles_count() {
+    use argil::vdb::{Grid, GridClass, GridHeader, Leaf, Transform, Tree, vdb};
+    let mut tree = Tree::from_leaves(0.0f32, vec![Leaf::new([0, 0, 0], 0.0)]);
+    let lower = &mut tree.uppers[0].lowers[0];
+    // 4³ tiles of 8³ voxels, the first of which is the empty leaf.
+    for place in 0..4096usize {
+        let at = [place / 256, place / 16 % 16, place % 16];
+        let is_in = at.iter().all(|&c| (4..8).contains(&c));
+        lower.active.set(place, is_in);
+        lower.tiles[place] = f32::from(u8::from(is_in));
+    }
+    let header = GridHeader::new(
+        "density",
+        GridClass::FogVolume,
+        Transform::uniform(1.0, [0.0; 3]),
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.vdb");
+    let mut file = std::fs::File::create(&path).expect("a file");
+    vdb::write(
+        &mut file,
+        &[Grid::new(header, tree).into()],
+        &vdb::WriteOptions::default(),
+    )
+    .expect("bytes");
+    let read = read_volume(&path, &VolumeReadOptions::default()).expect("a volume");
+    let mut scene = Scene::new();
+    scene.push(Shape::sampled("a", read.grid)).expect("a brush");
+    let world = world(&scene);
+    assert!(world.distance([48.0, 48.0, 48.0]) < -2.0);
+    for side in [[31.5, 48.0, 48.0], [48.0, 63.5, 48.0]] {
+        assert!(world.distance(side).abs() < 0.6, "{}", world.distance(side));
+    }
 }

@@ -10,6 +10,8 @@ use std::io::{Cursor, Read};
 
 /// Maximum bytes of the model's XML.
 const MAX_BYTES: u64 = 4 << 30;
+/// Maximum objects and components that are placed.
+const MAX_PLACED: u32 = 100_000;
 /// Maximum depth of components.
 const MAX_DEPTH: u32 = 16;
 
@@ -43,10 +45,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, ReadFault> {
     file.take(most)
         .read_to_end(&mut text)
         .map_err(|error| damaged(&error))?;
+    if text.starts_with(&[0xff, 0xfe]) || text.starts_with(&[0xfe, 0xff]) {
+        let reason = "its XML is UTF-16: save it as UTF-8";
+        return Err(ReadFault::Unsupported(reason.into()));
+    }
     let model = parse(&text)?;
     let mut mesh = Mesh::default();
+    let mut placed = 0;
     for &(id, placement) in &model.items {
-        add(&model, id, placement, 0, &mut mesh)?;
+        add(&model, (id, placement), 0, &mut placed, &mut mesh)?;
     }
     // z up to y up, in meters.
     for p in &mut mesh.positions {
@@ -109,6 +116,10 @@ fn transform(tag: &BytesStart<'_>) -> Result<Affine3A, String> {
 }
 
 fn element(tag: &BytesStart<'_>, model: &mut Model) -> Result<(), String> {
+    // Elements of extensions, such as slices, have a prefix.
+    if tag.name().prefix().is_some() {
+        return Ok(());
+    }
     match tag.local_name().as_ref() {
         b"model" => {
             model.scale = match attribute(tag, "unit")?.as_deref() {
@@ -127,6 +138,9 @@ fn element(tag: &BytesStart<'_>, model: &mut Model) -> Result<(), String> {
         }
         b"vertex" => {
             let p = Vec3::new(number(tag, "x")?, number(tag, "y")?, number(tag, "z")?);
+            if !p.is_finite() {
+                return Err(format!("the vertex {p} is not finite"));
+            }
             let object = model.objects.entry(model.current).or_default();
             object.positions.push(p);
         }
@@ -157,9 +171,9 @@ fn element(tag: &BytesStart<'_>, model: &mut Model) -> Result<(), String> {
 /// Adds an object and its components.
 fn add(
     model: &Model,
-    id: u32,
-    placement: Affine3A,
+    (id, placement): (u32, Affine3A),
     depth: u32,
+    placed: &mut u32,
     mesh: &mut Mesh,
 ) -> Result<(), ReadFault> {
     let damaged = |reason: String| Err(ReadFault::Damaged(reason));
@@ -169,6 +183,13 @@ fn add(
     if depth > MAX_DEPTH {
         return damaged(format!(
             "the components of object {id} are nested more than {MAX_DEPTH} deep"
+        ));
+    }
+    *placed += 1;
+    let vertices = mesh.positions.len() + object.positions.len();
+    if *placed > MAX_PLACED || vertices > 3 * MAX_TRIANGLES {
+        return damaged(format!(
+            "it places more than {MAX_PLACED} objects, or more vertices than {MAX_TRIANGLES} triangles have"
         ));
     }
     if mesh.triangles.len() + object.triangles.len() > MAX_TRIANGLES {
@@ -186,11 +207,9 @@ fn add(
         ));
     }
     let first = mesh.positions.len() as u32;
-    let placed = object
-        .positions
-        .iter()
-        .map(|&p| placement.transform_point3(p));
-    mesh.positions.extend(placed);
+    let positions = object.positions.iter();
+    mesh.positions
+        .extend(positions.map(|&p| placement.transform_point3(p)));
     // A mirrored object would be inside out.
     let is_mirrored = placement.matrix3.determinant() < 0.0;
     mesh.triangles
@@ -199,7 +218,7 @@ fn add(
             [first + a, first + b, first + c]
         }));
     for &(part, inner) in &object.components {
-        add(model, part, placement * inner, depth + 1, mesh)?;
+        add(model, (part, placement * inner), depth + 1, placed, mesh)?;
     }
     Ok(())
 }

@@ -106,9 +106,12 @@ impl<'a> VdbFile<'a> {
                 .map(|own| format!("{:?} ({})", own.name, own.tree))
                 .collect();
             let which = name.map_or(String::new(), |name| format!(" with the name {name:?}"));
+            let others = match all.is_empty() {
+                true => "it has no grids at all".to_owned(),
+                false => format!("only {}: convert one to floats", all.join(", ")),
+            };
             return Err(VdbError::Unsupported(format!(
-                "the file has no grid of floats{which}, only: {}",
-                all.join(", ")
+                "the file has no grid of floats{which}, {others}"
             )));
         };
         match self.grid(index)? {

@@ -133,9 +133,21 @@ pub(super) fn sidecar(report: &ExportReport, path: &Path) -> String {
     let [low, high] = report.bounds.unwrap_or_default();
     let shape = [0, 1, 2].map(|axis| high[axis] - low[axis] + 1);
     let origin = low.map(|c| report.voxel_size * c as f32);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut name = String::new();
+    for c in path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .chars()
+    {
+        match c {
+            '"' | '\\' => name.extend(['\\', c]),
+            c if c.is_control() => name.push_str(&format!("\\u{:04x}", u32::from(c))),
+            c => name.push(c),
+        }
+    }
     format!(
-        "{{\n  \"file\": {name:?},\n  \"type\": \"f32\",\n  \"endian\": \"little\",\n  \"order\": \"x fastest\",\n  \"shape\": {shape:?},\n  \"voxel_size\": {},\n  \"origin\": {origin:?}\n}}\n",
+        "{{\n  \"file\": \"{name}\",\n  \"type\": \"f32\",\n  \"endian\": \"little\",\n  \"order\": \"x fastest\",\n  \"shape\": {shape:?},\n  \"voxel_size\": {},\n  \"origin\": {origin:?}\n}}\n",
         report.voxel_size
     )
 }

@@ -195,8 +195,13 @@ pub(super) fn check(
     let is_vdb = format == Some(ExportFormat::Vdb);
     if !allowed.contains(&options.bits) {
         return refuse(format!(
-            "{} bits: .{ending} files have {allowed:?}",
-            options.bits
+            "{} bits: .{ending} files have {}: omit the option",
+            options.bits,
+            allowed
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(" or ")
         ));
     }
     if options.colors && !is_vdb {

@@ -6,6 +6,7 @@ use super::options::{ExportError, ExportOptions, ExportReport};
 use super::work::ExportStages;
 use crate::World;
 use argil_field::Grid;
+use argil_scene::TempFolder;
 use argil_volume::LevelSetLayout;
 use glam::{IVec3, UVec3, Vec3};
 use std::path::{Path, PathBuf};
@@ -60,13 +61,17 @@ impl World {
         let mut stages = ExportStages::new();
         let layout = self.export_layout(options, false)?;
         let levels = levels(&layout)?;
-        let made = beside(path);
-        let written = self.write_levels(&made, &layout, options, &levels, &mut stages);
-        let moved = written.and_then(|()| replace(path, &made).map_err(failed));
-        if moved.is_err() {
-            let _ = std::fs::remove_dir_all(&made);
-        }
-        moved?;
+        let made = TempFolder::create(beside(path)).map_err(|error| {
+            let text = format!("no folder can be created there: {error}: choose another place");
+            failed(std::io::Error::new(error.kind(), text))
+        })?;
+        self.write_levels(made.path(), &layout, options, &levels, &mut stages)
+            .map_err(|error| match error {
+                ExportError::Write { source, .. } => failed(source),
+                error => error,
+            })?;
+        replace(path, made.path()).map_err(failed)?;
+        drop(made);
         self.engine().control.end();
         let finest = &levels[0];
         let high = finest.low + finest.size.as_ivec3() - 1;

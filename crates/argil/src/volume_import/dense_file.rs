@@ -116,7 +116,7 @@ pub(super) fn read_dense(
     let needed = count.saturating_mul(header.number.bytes());
     if header.values.len() < needed || count == 0 || nx.max(ny).max(nz) > 4096 {
         return Err(format!(
-            "{nx} × {ny} × {nz} values take {needed} bytes, and the file has {}: at least 1 and at most 4096 values along a side are read",
+            "{nx} × {ny} × {nz} values take {needed} bytes, and the file has {}: it is truncated, or has none or more than 4096 values along a side",
             header.values.len()
         ));
     }
@@ -124,7 +124,10 @@ pub(super) fn read_dense(
         .number
         .numbers(&header.values[..needed], header.is_big);
     if let Some(place) = values.iter().position(|value| !value.is_finite()) {
-        return Err(format!("value {place} is {}, not a number", values[place]));
+        return Err(format!(
+            "value {place} is {}, not a number: replace it first",
+            values[place]
+        ));
     }
     let longest = nx.max(ny).max(nz).max(2) as f32 - 1.0;
     let voxel_size = header.voxel_size.unwrap_or(2.0 / longest);
@@ -137,12 +140,13 @@ pub(super) fn read_dense(
             low: IVec3::ZERO,
             size,
             values,
+            outside: None,
         }),
     })
 }
 
 fn raw<'a>(bytes: &'a [u8], layout: &RawLayout) -> Result<Header<'a>, String> {
-    let text = "a .raw file does not say how many values it has: give --shape X,Y,Z, and --type if they are no 32-bit floats";
+    let text = "a .raw file does not say how many values it has: import it with --shape X,Y,Z, and with --type if they are no 32-bit floats";
     let shape = layout.shape.ok_or(text)?;
     Ok(Header {
         shape: shape.map(|n| n as usize),
@@ -238,16 +242,18 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
     if !bytes.starts_with(b"NRRD000") {
         return Err("not an NRRD file: its first bytes are those of another format".into());
     }
-    let end = bytes
-        .windows(2)
-        .position(|two| two == b"\n\n")
-        .ok_or("the header is truncated")?;
-    let text = String::from_utf8_lossy(&bytes[..end]);
+    // Lines end as those of either system.
+    let end = (0..bytes.len().min(1 << 16)).find_map(|at| {
+        let rest = &bytes[at..];
+        let is_end = |own: &[u8]| rest.starts_with(own).then_some((at, at + own.len()));
+        is_end(b"\n\n").or_else(|| is_end(b"\r\n\r\n"))
+    });
+    let (end, begin) = end.ok_or("the header is truncated")?;
+    let text = String::from_utf8_lossy(&bytes[..end]).to_lowercase();
     let field = |name: &str| {
         let mut lines = text.lines().filter_map(|line| line.split_once(':'));
-        lines
-            .find(|(key, _)| key.trim() == name)
-            .map(|(_, value)| value.trim().to_owned())
+        let found = lines.find(|(key, _)| key.trim() == name);
+        found.map(|(_, value)| value.trim().to_owned())
     };
     let need = |name: &str| field(name).ok_or_else(|| format!("the header has no \"{name}\""));
     if field("data file").or(field("datafile")).is_some() {
@@ -255,6 +261,13 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
             "the data lies in another file, which is not supported: save it as one .nrrd file"
                 .into(),
         );
+    }
+    for name in ["byte skip", "byteskip", "line skip", "lineskip"] {
+        if field(name).is_some_and(|own| own != "0") {
+            return Err(format!(
+                "\"{name}\" is not supported: save it again, without anything before the data"
+            ));
+        }
     }
     if need("encoding")? != "raw" {
         return Err(
@@ -289,19 +302,20 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
             Some(cube([a, b, c], off)?)
         }
         (None, Some(text)) => match numbers(&text)[..] {
-            [a, b, c] => Some(cube([a, b, c], 0.0)?),
+            [a, b, c] if !(a.is_nan() && b.is_nan() && c.is_nan()) => Some(cube([a, b, c], 0.0)?),
             _ => None,
         },
         (None, None) => None,
     };
-    let origin = field("space origin").map(|text| numbers(&text));
+    let origin = field("space origin").or_else(|| field("axis mins"));
+    let origin = origin.map(|text| numbers(&text));
     Ok(Header {
         shape: [x, y, z],
         number,
         is_big: field("endian").is_some_and(|own| own == "big"),
         voxel_size,
         origin: origin.and_then(|own| <[f32; 3]>::try_from(own).ok()),
-        values: &bytes[end + 2..],
+        values: &bytes[begin..],
     })
 }
 
@@ -311,5 +325,5 @@ fn cube([a, b, c]: [f32; 3], off: f32) -> Result<f32, String> {
     if a > 0.0 && near(b) && near(c) && off <= 1e-4 * a {
         return Ok(a);
     }
-    Err("the voxels are no cubes along the axes: resample it to uniform voxels".into())
+    Err("the voxels are no cubes along the positive axes: resample it to uniform voxels, without rotation or mirroring".into())
 }

@@ -90,6 +90,11 @@ impl<'a> Distances<'a> {
         own
     }
 
+    /// Returns whether any voxel lies next to the surface.
+    pub(super) fn has_surface(&self) -> bool {
+        !self.points.is_empty()
+    }
+
     fn place(&self, corner: IVec3) -> usize {
         ((corner.z * self.corners.y + corner.y) * self.corners.x + corner.x) as usize
     }

@@ -27,6 +27,8 @@ pub(super) struct DenseValues {
     pub size: IVec3,
     /// The values.
     pub values: Vec<f32>,
+    /// The value beyond the box. Without one, those at its sides are distances, and the solid is cut off there.
+    pub outside: Option<f32>,
 }
 
 impl DenseValues {
@@ -44,9 +46,24 @@ impl DenseValues {
         self.low + IVec3::from(at.map(|c| c as i32))
     }
 
-    /// Returns the value of an index. Beyond the box, those at its sides continue.
-    fn value(&self, index: IVec3) -> f32 {
-        self.values[self.place(index)]
+    fn holds(&self, index: IVec3) -> bool {
+        let at = index - self.low;
+        at.min_element() >= 0 && (at - self.size).max_element() < 0
+    }
+
+    /// Returns the value of an index, and whether it is one of the file.
+    fn value(&self, index: IVec3, voxel_size: f32) -> (f32, bool) {
+        let own = self.values[self.place(index)];
+        match self.outside {
+            Some(outside) if !self.holds(index) => (outside, false),
+            Some(_) => (own, true),
+            None => {
+                let half = 0.5 * (self.size - 1).as_vec3();
+                let beyond = ((index - self.low).as_vec3() - half).abs() - half;
+                let to_side = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
+                (own.max(voxel_size * to_side), true)
+            }
+        }
     }
 }
 
@@ -55,7 +72,7 @@ impl Lattice {
     pub(super) fn value(&self, index: IVec3) -> (f32, bool) {
         match &self.samples {
             Samples::Sparse(tree) => tree.value_and_state(index.to_array()),
-            Samples::Dense(own) => (own.value(index), true),
+            Samples::Dense(own) => own.value(index, self.voxel_size),
         }
     }
 
@@ -189,7 +206,7 @@ impl Lattice {
         match &mut self.samples {
             Samples::Sparse(tree) if iso.abs() >= tree.background.abs() => {
                 return Err(format!(
-                    "iso level {iso}: the file has distances up to {} only",
+                    "iso level {iso}: the file has distances up to {} only; densities need --class fog",
                     tree.background
                 ));
             }
@@ -201,7 +218,11 @@ impl Lattice {
 
     /// Returns distances to the surface where densities are `iso`, or half of the largest. They are estimated from the
     /// slope of the densities, and known next to the surface.
-    pub(super) fn of_densities(self, iso: Option<f32>) -> Result<Self, String> {
+    pub(super) fn of_densities(mut self, iso: Option<f32>) -> Result<Self, String> {
+        if let Samples::Dense(own) = &mut self.samples {
+            let least = own.values.iter().copied().fold(f32::INFINITY, f32::min);
+            own.outside = Some(least.min(0.0));
+        }
         let mut most = f32::NEG_INFINITY;
         self.for_each_known(|_, value| most = most.max(value));
         let iso = iso.unwrap_or(0.5 * most);
