@@ -94,7 +94,7 @@ impl From<ExportCodec> for Codec {
     }
 }
 
-/// Options of [`World::export`].
+/// Options of [`World::export`](crate::World::export).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportOptions {
     /// Voxels along the longest side of the scene's box.
