@@ -182,7 +182,7 @@ const choose = async (item, file) => {
 const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map((v) => `v ${v.join(" ")}`);
 const faces = ["1 3 2", "1 2 4", "1 4 3", "2 3 4"].map((f) => `f ${f}`);
 const obj = Buffer.from([...corners, ...faces].join("\n"));
-await choose("Import mesh…", { name: "tetra.obj", mimeType: "model/obj", buffer: obj });
+await choose("Import mesh or volume…", { name: "tetra.obj", mimeType: "model/obj", buffer: obj });
 await until("the mesh", async () => (await entries()).length === 2);
 const withMesh = await entries();
 assert.equal(withMesh[1].shape.path, "tetra.obj");
@@ -195,7 +195,7 @@ await click("File");
 await click("New");
 await click("Cancel");
 assert.deepEqual(await entries(), withMesh, "what is saved nowhere is not put away unasked");
-await choose("Import mesh…", { name: "flat.obj", mimeType: "model/obj", buffer: Buffer.from("v 0 0 nan\nf 1 1 1") });
+await choose("Import mesh or volume…", { name: "flat.obj", mimeType: "model/obj", buffer: Buffer.from("v 0 0 nan\nf 1 1 1") });
 await until("a word on the file", async () => /flat\.obj/.test(await told()));
 assert.deepEqual(await entries(), withMesh);
 step("imported a mesh, kept it, and refused one that is none");
