@@ -342,7 +342,7 @@ fn meshes_are_exported_and_imported_in_the_background() {
 fn volumes_of_other_programs_are_exported_and_imported() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut desk = with_a_ball();
-    for name in ["ball.vdb", "ball.nvdb"] {
+    for name in ["copy.vdb", "copy.nvdb"] {
         let file = folder.path().join(name);
         desk.answers.borrow_mut().push(file.clone());
         desk.choose("File", "Export volume…");
@@ -352,7 +352,7 @@ fn volumes_of_other_programs_are_exported_and_imported() {
         desk.press(Modifiers::COMMAND, Key::I);
         desk.until_told("Imported");
     }
-    assert_eq!(names(&desk), ["Sphere", "ball", "ball"]);
+    assert_eq!(names(&desk), ["Sphere", "copy", "copy"]);
 }
 
 #[test]

@@ -18,19 +18,12 @@ pub use options::{
 };
 use std::io::{Seek, Write};
 use std::path::Path;
-use work::{ExportSink, ExportStages};
-
-/// Returns the columns and rows of a flip-book.
-fn tiles(bounds: [[i32; 3]; 2]) -> [u32; 2] {
-    let layers = f64::from(bounds[1][2] - bounds[0][2] + 1);
-    let columns = layers.sqrt().ceil();
-    [columns as u32, (layers / columns).ceil() as u32]
-}
+use work::{ExportSink, ExportStages, tiles};
 
 impl World {
     /// Writes the world's distances to a file for other programs, in the format of its extension: `.vdb`, `.nvdb`,
-    /// `.npy`, `.nrrd`, `.raw` or `.png` (a flip-book). They are sampled from the field, whatever the world's representation is, at multiples of
-    /// the voxel size. An infinite scene is cut off at its box, and closed there.
+    /// `.npy`, `.nrrd`, `.raw` or `.png` (a flip-book). They are sampled from the field, whatever the world's
+    /// representation is, at multiples of the voxel size. An infinite scene is cut off at its box, and closed there.
     ///
     /// ```
     /// # use argil::prelude::*;
@@ -130,7 +123,9 @@ impl World {
         Ok(ExportReport {
             voxel_size: layout.voxel_size,
             bounds,
-            tiles: bounds.filter(|_| is_tiled).map(tiles),
+            tiles: bounds
+                .filter(|_| is_tiled)
+                .map(|[low, high]| tiles((high[2] - low[2] + 1) as u32)),
             voxels,
             is_clipped: layout.is_cut,
             duration_ms: stages.total_ms(),

@@ -185,32 +185,32 @@ fn what_openvdb_writes_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let script = "
 import sys, pyopenvdb as vdb
-ball = vdb.createLevelSetSphere(radius=1.0, center=(3.0, -2.0, 0.5), voxelSize=0.05, halfWidth=4.0)
-ball.name = 'ball'
+sphere = vdb.createLevelSetSphere(radius=1.0, center=(3.0, -2.0, 0.5), voxelSize=0.05, halfWidth=4.0)
+sphere.name = 'sphere'
 for half in (False, True):
-    ball.saveFloatAsHalf = half
-    vdb.write(f'{sys.argv[1]}/ball-{half}.vdb', grids=[ball])
+    sphere.saveFloatAsHalf = half
+    vdb.write(f'{sys.argv[1]}/sphere-{half}.vdb', grids=[sphere])
 other = vdb.createLevelSetSphere(radius=0.5, voxelSize=0.05)
 other.name = 'other'
-ball.saveFloatAsHalf = False
-vdb.write(f'{sys.argv[1]}/two.vdb', grids=[other, ball])
+sphere.saveFloatAsHalf = False
+vdb.write(f'{sys.argv[1]}/two.vdb', grids=[other, sphere])
 ";
     let path = folder.path().to_string_lossy().into_owned();
     run(PYTHON, &["-c", script, &path]);
     for (name, grid) in [
-        ("ball-False", None),
-        ("ball-True", None),
-        ("two", Some("ball")),
+        ("sphere-False", None),
+        ("sphere-True", None),
+        ("two", Some("sphere")),
     ] {
         let how = VolumeReadOptions {
             grid: grid.map(str::to_owned),
             ..VolumeReadOptions::default()
         };
         let read = read_volume(folder.path().join(format!("{name}.vdb")), &how).expect("a shape");
-        assert_eq!(read.name, "ball");
+        assert_eq!(read.name, "sphere");
         let mut scene = Scene::new();
         scene
-            .push(Shape::sampled("ball", read.grid))
+            .push(Shape::sampled("sphere", read.grid))
             .expect("a brush");
         let world = Engine::cpu().build(&scene).expect("a world").field();
         let mut numbers = Numbers(7);

@@ -1,4 +1,4 @@
-//! Arrays of values without those that can be told from masks.
+//! Arrays of values without those that masks give.
 //!
 //! A byte says what inactive values are (`io/Compression.h`): the background, its negative, another value, or two of
 //! these, with a mask that selects. Then only the active values follow.

@@ -2,7 +2,7 @@
 
 use super::dense::{lattice, sample};
 use super::options::{ExportClass, ExportError, ExportOptions};
-use super::work::{ExportSink, ExportStages, Written, write_failed};
+use super::work::{ExportSink, ExportStages, Written, tiles, write_failed};
 use crate::World;
 use argil_field::Grid;
 use argil_volume::LevelSetLayout;
@@ -10,12 +10,6 @@ use glam::{UVec3, Vec3};
 
 /// Maximum pixels along a side of the image, which is that of textures.
 const MAX_SIDE: u32 = 16_384;
-
-/// Returns the columns and rows of layers in the image: nearly as many of both, and at least as many as layers.
-fn arrangement(layers: u32) -> [u32; 2] {
-    let columns = f64::from(layers).sqrt().ceil() as u32;
-    [columns, layers.div_ceil(columns.max(1))]
-}
 
 pub(super) fn write(
     world: &World,
@@ -25,7 +19,7 @@ pub(super) fn write(
     stages: &mut ExportStages,
 ) -> Result<Written, ExportError> {
     let (low, size) = lattice(&layout)?;
-    let [columns, rows] = arrangement(size.z);
+    let [columns, rows] = tiles(size.z);
     let (width, height) = (columns * size.x, rows * size.y);
     if width.max(height) > MAX_SIDE {
         let text = format!(

@@ -54,3 +54,9 @@ pub(super) fn write_failed(source: std::io::Error) -> ExportError {
 pub(super) fn density(distance: f32, half_width: f32) -> f32 {
     (-distance / half_width).clamp(0.0, 1.0)
 }
+
+/// Returns the columns and rows of layers in the image of a flip-book: nearly as many of both, and at least as many as layers.
+pub(super) fn tiles(layers: u32) -> [u32; 2] {
+    let columns = f64::from(layers).sqrt().ceil() as u32;
+    [columns, layers.div_ceil(columns.max(1))]
+}

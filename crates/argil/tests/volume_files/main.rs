@@ -1,5 +1,7 @@
 //! Volumes for and of other programs.
 
+mod refusals;
+
 use argil::prelude::*;
 use argil::vdb::vdb::VdbFile;
 use argil::vdb::{AnyGrid, GridClass, nvdb};
@@ -9,7 +11,7 @@ use argil::{
 };
 use std::path::Path;
 
-/// A box with a hole, and a ball that is blended with it.
+/// A box with a hole, and a sphere that is blended with it.
 fn solid() -> Scene {
     let mut scene = Scene::new();
     let red = Material::colored([0.8, 0.1, 0.1]);
@@ -110,8 +112,8 @@ fn bounds_become_distances() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut scene = Scene::new();
     for x in [-0.3, 0.3] {
-        let ball = Brush::new(Shape::sphere(0.4)).at([x, 0.0, 0.0]);
-        scene.push(ball.smooth(0.3)).expect("a brush");
+        let brush = Brush::new(Shape::sphere(0.4)).at([x, 0.0, 0.0]);
+        scene.push(brush.smooth(0.3)).expect("a brush");
     }
     let world = world(&scene);
     let mesh = world.mesh(&MeshOptions::default()).expect("a mesh").mesh;

@@ -1,24 +1,8 @@
 //! Volumes that cannot be written or read are refused, with a reason.
 
+use super::{options, solid, world};
 use argil::prelude::*;
 use argil::{ExportError, ExportOptions, RawLayout, RawType, VolumeReadOptions, read_volume};
-
-fn solid() -> Scene {
-    let mut scene = Scene::new();
-    scene.push(Shape::sphere(0.5)).expect("a brush");
-    scene
-}
-
-fn world(scene: &Scene) -> World {
-    Engine::cpu().build(scene).expect("a world").field()
-}
-
-fn options() -> ExportOptions {
-    ExportOptions {
-        resolution: 64,
-        ..ExportOptions::default()
-    }
-}
 
 #[test]
 fn what_a_format_cannot_hold_is_refused() {
@@ -156,7 +140,7 @@ fn closed_box(values: &[f32], side: u32, is_fog: bool) -> ([f32; 3], [f32; 3]) {
 fn solids_that_an_array_cuts_are_closed() {
     let side = 24u32;
     let at = |i: u32| [i % side, i / side % side, i / side / side].map(|c| c as f32);
-    // The lower half, as distances, and a ball at the last layer, as densities.
+    // The lower half, as distances, and a sphere at the last layer, as densities.
     let half: Vec<f32> = (0..side.pow(3)).map(|i| at(i)[2] - 11.5).collect();
     let (low, high) = closed_box(&half, side, false);
     for axis in 0..3 {
@@ -164,13 +148,13 @@ fn solids_that_an_array_cuts_are_closed() {
         assert!(low[axis].abs() < 0.6, "{low:?}");
         assert!((high[axis] - top).abs() < 0.6, "{high:?}");
     }
-    let ball = |i: u32| {
+    let sphere = |i: u32| {
         let [x, y, z] = at(i);
         let square = (x - 12.0).powi(2) + (y - 12.0).powi(2) + (z - 23.0).powi(2);
         (8.5 - square.sqrt()).clamp(0.0, 1.0)
     };
-    let ball: Vec<f32> = (0..side.pow(3)).map(ball).collect();
-    let (low, high) = closed_box(&ball, side, true);
+    let sphere: Vec<f32> = (0..side.pow(3)).map(sphere).collect();
+    let (low, high) = closed_box(&sphere, side, true);
     assert!(
         (low[0] - 4.0).abs() < 1.0 && (high[0] - 20.0).abs() < 1.0,
         "{low:?} {high:?}"
