@@ -88,6 +88,24 @@ fn the_inside_has_its_sign() {
     assert_eq!(far, (-0.5, true));
 }
 
+/// Between two upper nodes of one column, the inside continues in tiles of the root.
+#[test]
+fn the_inside_of_a_long_solid_has_its_sign() {
+    let leaf = |z: i32, value: f32| {
+        let mut leaf = Leaf::new([0, 0, z], 3.0);
+        leaf.values.fill(value);
+        leaf.active = argil_vdb::Mask([u64::MAX; 8]);
+        leaf
+    };
+    for (value, inside) in [(-1.0, -3.0), (1.0, 3.0)] {
+        let mut tree = Tree::from_leaves(3.0, vec![leaf(0, value), leaf(12_288, value)]);
+        tree.flood_signs();
+        for z in [4096, 5000, 12_000] {
+            assert_eq!(tree.value([0, 0, z]), inside, "{z}");
+        }
+    }
+}
+
 #[test]
 fn grids_come_back_bit_for_bit() {
     let all: [AnyGrid; 3] = [sphere().into(), colors().into(), sphere().into()];
