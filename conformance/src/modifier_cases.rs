@@ -1,7 +1,7 @@
 //! Scenes of each modifier.
 
 use crate::case::{SceneCase, one, push};
-use argil_scene::{Brush, Group, Modifier, Pose, Scene, Shape};
+use argil_scene::{Brush, Curve, Group, Modifier, Pose, Ramp, Scene, Shape};
 
 /// Returns instances of two scales, which overlap here and there.
 fn instances() -> Modifier {
@@ -101,6 +101,55 @@ pub fn modifier_cases() -> Vec<SceneCase> {
                 degrees_per_unit: 50.0,
             },
         ),
+        ("round inward", Modifier::Round { radius: -0.06 }),
+        (
+            "shift along a line",
+            Modifier::Shift {
+                by: [0.1, 0.3, -0.2],
+                along: Ramp::Line {
+                    from: [-0.2, 0.0, 0.1],
+                    to: [0.3, 0.1, 0.0],
+                    curve: Curve::from_fn(2, |t| {
+                        if t < 0.5 {
+                            2.0 * t * t
+                        } else {
+                            1.0 - 2.0 * (1.0 - t) * (1.0 - t)
+                        }
+                    }),
+                },
+            },
+        ),
+        (
+            "shift with the radius",
+            Modifier::Shift {
+                by: [0.0, 0.25, 0.0],
+                along: Ramp::Radius {
+                    from: 0.5,
+                    to: 0.05,
+                    curve: Curve::linear(),
+                },
+            },
+        ),
+        (
+            "wrap",
+            Modifier::Wrap {
+                from: -1.0,
+                to: 0.8,
+                radius: 0.5,
+                curve: Curve::linear(),
+            },
+        ),
+        (
+            "wrap onto itself",
+            Modifier::Wrap {
+                from: 0.3,
+                to: -0.3,
+                radius: 0.2,
+                curve: Curve::from_fn(4, |t| t + 0.05 * (12.0 * t).sin()),
+            },
+        ),
+        ("extrude", Modifier::Extrude { half_depth: 0.35 }),
+        ("revolve", Modifier::Revolve { offset: 0.2 }),
         (
             "displace",
             Modifier::Displace {

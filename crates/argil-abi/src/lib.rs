@@ -40,6 +40,27 @@ pub fn opcode(name: &str) -> Option<u32> {
         .map(|&(_, op)| op)
 }
 
+/// Whether an instruction saves the point, besides the beginnings of loops.
+pub const fn saves_point(op: u32) -> bool {
+    matches!(
+        op,
+        OP_PUSH_POINT | OP_TWIST | OP_BEND | OP_FLATTEN | OP_WRAP
+    )
+}
+
+/// Whether an instruction restores the point, besides the ends of loops.
+pub const fn restores_point(op: u32) -> bool {
+    matches!(op, OP_POP_POINT | OP_UNCLAMP | OP_EXTRUDE | OP_UNWRAP)
+}
+
+/// Whether an instruction changes the point without saving it.
+pub const fn moves_point(op: u32) -> bool {
+    matches!(
+        op,
+        OP_AFFINE | OP_MIRROR | OP_ELONGATE | OP_REVOLVE | OP_SHIFT
+    )
+}
+
 /// Iterates over the layouts of all shared structs.
 pub fn layouts() -> impl Iterator<Item = &'static StructLayout> {
     tables::STRUCTS.iter().map(|(layout, _)| layout)

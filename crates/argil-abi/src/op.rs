@@ -40,6 +40,20 @@ constants! { OPCODES:
     OP_SHELL = 78;
     /// Adds seeded value noise.
     OP_DISPLACE = 79;
+    /// Saves the point, and moves it to the section at z = 0.
+    OP_FLATTEN = 80;
+    /// Restores the point, and ends the section's distances along z.
+    OP_EXTRUDE = 81;
+    /// Turns the point about the y axis into the section at z = 0.
+    OP_REVOLVE = 82;
+    /// Moves the point by a share of a vector that follows a ramp.
+    OP_SHIFT = 83;
+    /// Saves the point, and unrolls the space around the y axis.
+    OP_WRAP = 84;
+    /// Restores the point, and bounds the distance near the axis.
+    OP_UNWRAP = 85;
+    /// Evaluates a ramp at the point, for the next morph.
+    OP_RAMP = 86;
 }
 
 constants! { FLAGS:
@@ -51,6 +65,8 @@ constants! { FLAGS:
     COMBINE_PAINT = 2;
     /// `a + (b − a) * t`.
     COMBINE_MORPH = 3;
+    /// The same where `t` follows a ramp, with a clamped difference, divided by a bound of the slope.
+    COMBINE_RAMPED = 4;
     /// The bits of these values.
     COMBINE_MASK = 7;
     /// The accumulator is `a` and the saved value is `b`, instead of the reverse.

@@ -7,6 +7,8 @@ numbers! { NUMBERS:
     FAR: f32 = 1e30;
     /// Points farther than this from the origin along an axis are outside the world, in the scene's unit.
     WORLD_LIMIT: f32 = 1e7;
+    /// The share of the core's radius, around the axis of a wrapped solid, down to which its distances are used.
+    WRAP_TRUSTED: f32 = 0.75;
     /// Newton steps of a search along a curve, after its samples.
     NEWTON_STEPS: u32 = 4;
     /// Samples per segment of a path.

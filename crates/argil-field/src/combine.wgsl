@@ -6,11 +6,30 @@ struct Joint {
     sa: f32,
     sb: f32,
     sr: f32,
+    // The share of a morph, and for one with a ramp, its largest difference and the reciprocal of its stretch.
     amount: f32,
+    max_difference: f32,
+    inverse_stretch: f32,
 }
 
+// The share of the next morph with a ramp.
+var<private> ramp_share: f32;
+
 fn read_joint(w: u32) -> Joint {
-    return Joint(params[w], params[w + 1u], params[w + 2u], params[w + 3u], params[w + 4u], 0.0);
+    return Joint(params[w], params[w + 1u], params[w + 2u], params[w + 3u], params[w + 4u], 0.0, 0.0, 1.0);
+}
+
+// Reads the joint of a group.
+fn read_group_joint(w: u32, flags: u32) -> Joint {
+    var j = read_joint(w);
+    if (flags & COMBINE_MASK) == COMBINE_RAMPED {
+        j.amount = ramp_share;
+        j.max_difference = params[w + 6u];
+        j.inverse_stretch = params[w + 7u];
+    } else {
+        j.amount = params[w + 5u];
+    }
+    return j;
 }
 
 fn combine_smooth(a0: f32, b0: f32, j: Joint) -> f32 {
@@ -32,11 +51,16 @@ fn combine_morph(a: f32, b: f32, j: Joint) -> f32 {
     return a + (b - a) * j.amount;
 }
 
+fn combine_ramped(a: f32, b: f32, j: Joint) -> f32 {
+    return (a + clamp(b - a, -j.max_difference, j.max_difference) * j.amount) * j.inverse_stretch;
+}
+
 fn combine(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
     switch flags & COMBINE_MASK {
         case COMBINE_CHAMFER: { return combine_chamfer(a, b, j); }
         case COMBINE_PAINT: { return a; }
         case COMBINE_MORPH: { return combine_morph(a, b, j); }
+        case COMBINE_RAMPED: { return combine_ramped(a, b, j); }
         default: { return combine_smooth(a, b, j); }
     }
 }
@@ -65,6 +89,7 @@ fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
     switch flags & COMBINE_MASK {
         case COMBINE_PAINT: { return weight_paint(b, j); }
         case COMBINE_MORPH: { return j.amount; }
+        case COMBINE_RAMPED: { return clamp(j.amount, 0.0, 1.0); }
         default: { return weight_smooth(a, b, j); }
     }
 }

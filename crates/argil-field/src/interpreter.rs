@@ -12,7 +12,8 @@ use crate::interpreter_state::{InterpreterState, words};
 use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
 use crate::places::placed;
 use crate::prefetch::prefetch;
-use crate::relative_points::{affine, displace, leave_origin};
+use crate::ramps::{EXTRUDE_WORDS, combine_ramped, extrude, revolve, shift, unwrap, wrap};
+use crate::relative_points::{affine, displace, leave_origin, set_share};
 use crate::scalar::{F32Lanes, LANES, Real};
 use crate::{FAR, Program, WORLD_LIMIT};
 use argil_abi as abi;
@@ -86,7 +87,14 @@ pub(crate) fn run<R: Real, const APART: bool>(
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => affine(r, params, at, instructions.get(pc)),
-            abi::OP_MIRROR | abi::OP_ELONGATE | abi::OP_TWIST | abi::OP_BEND => {
+            abi::OP_MIRROR
+            | abi::OP_ELONGATE
+            | abi::OP_TWIST
+            | abi::OP_BEND
+            | abi::OP_FLATTEN
+            | abi::OP_REVOLVE
+            | abi::OP_SHIFT
+            | abi::OP_WRAP => {
                 leave_origin(r, params, &instructions[pc - 1]);
                 change_domain(r, params, op, at);
             }
@@ -104,6 +112,15 @@ pub(crate) fn run<R: Real, const APART: bool>(
                 restore_point(r);
                 unclamp_values(r, words(params, at));
             }
+            abi::OP_EXTRUDE => {
+                restore_point(r);
+                extrude_values(r, words(params, at));
+            }
+            abi::OP_UNWRAP => {
+                restore_point(r);
+                unwrap_values(r, &params[at..]);
+            }
+            abi::OP_RAMP => set_share(r, params, at),
             abi::OP_ROUND => round(r, words(params, at)),
             abi::OP_SHELL => shell(r, words(params, at)),
             abi::OP_DISPLACE => displace(r, words(params, at), operand),
@@ -148,7 +165,7 @@ fn brush<R: Real, const APART: bool>(
             mark_brush(r, place, &joint, flags);
         }
         if materials {
-            let w = weights::<R>(&r.aside, &r.acc, &joint, flags, r.active);
+            let w = weights::<R>(&r.aside, &r.acc, &joint, flags, &r.share, r.active);
             let m = &program.materials[instr.operand as usize];
             let of = |k: usize| {
                 if k < 4 {
@@ -212,7 +229,7 @@ fn combine<R: Real>(
         if flags & abi::FLAG_SWAPPED != 0 {
             std::mem::swap(&mut other, &mut r.material);
         }
-        let w = weights::<R>(&saved, &r.acc, &j, flags, r.active);
+        let w = weights::<R>(&saved, &r.acc, &j, flags, &r.share, r.active);
         mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
         *r.material = other;
     }
@@ -225,6 +242,10 @@ fn combine<R: Real>(
             abi::COMBINE_CHAMFER => combine_chamfer(a, b, &j),
             abi::COMBINE_PAINT => a,
             abi::COMBINE_MORPH => combine_morph(a, b, &j),
+            abi::COMBINE_RAMPED => {
+                let &[max_difference, inverse] = words(params, instr.params as usize + 6);
+                combine_ramped(a, b, R::get(&r.share, i), max_difference, inverse)
+            }
             _ => combine_smooth(a, b, &j),
         };
         R::set(&mut r.acc, i, d);
@@ -294,7 +315,24 @@ fn change_domain<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, 
         abi::OP_MIRROR => mirror(r, words(params, at)),
         abi::OP_ELONGATE => elongate(r, words(params, at)),
         abi::OP_TWIST => warp(r, words(params, at), twist),
-        _ => warp(r, words(params, at), bend),
+        abi::OP_BEND => warp(r, words(params, at), bend),
+        abi::OP_FLATTEN => {
+            r.points.push(r.point.clone());
+            r.point[2] = R::splat(0.0);
+        }
+        abi::OP_REVOLVE => {
+            let offset = params[at];
+            map_point::<R>(&mut r.point, r.active, |p| revolve(p, offset));
+        }
+        abi::OP_SHIFT => {
+            let words = &params[at..];
+            map_point::<R>(&mut r.point, r.active, |p| shift(p, words));
+        }
+        _ => {
+            r.points.push(r.point.clone());
+            let words = &params[at..];
+            map_point::<R>(&mut r.point, r.active, |p| wrap(p, words));
+        }
     }
 }
 
@@ -341,6 +379,24 @@ fn unclamp_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; TWIST_WORDS]) 
     for i in lanes_of(r.active) {
         let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
         let d = unclamp(R::get(&r.acc, i), p, w);
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+#[inline(always)]
+fn extrude_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; EXTRUDE_WORDS]) {
+    for i in lanes_of(r.active) {
+        let d = extrude(R::get(&r.acc, i), R::get(&r.point[2], i), w);
+        R::set(&mut r.acc, i, d);
+    }
+}
+
+#[inline(always)]
+fn unwrap_values<R: Real>(r: &mut InterpreterState<R>, words: &[f32]) {
+    let [xs, ys, zs] = &r.point;
+    for i in lanes_of(r.active) {
+        let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
+        let d = unwrap(R::get(&r.acc, i), p, words);
         R::set(&mut r.acc, i, d);
     }
 }

@@ -66,8 +66,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
             }
             case OP_COMBINE: {
                 value_top--;
-                var j = read_joint(w);
-                j.amount = params[w + 5u];
+                let j = read_group_joint(w, instr.flags);
                 let swapped = (instr.flags & FLAG_SWAPPED) != 0u;
                 let saved = values[value_top];
                 let a = select(saved, acc, swapped);
@@ -143,6 +142,29 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 point = points[point_top];
                 acc = unclamp(acc, point, w);
             }
+            case OP_FLATTEN: {
+                points[point_top] = point;
+                point_top++;
+                point = flatten(point);
+            }
+            case OP_EXTRUDE: {
+                point_top--;
+                point = points[point_top];
+                acc = extrude(acc, point, w);
+            }
+            case OP_REVOLVE: { point = revolve(point, w); }
+            case OP_SHIFT: { point = shift(point, w); }
+            case OP_WRAP: {
+                points[point_top] = point;
+                point_top++;
+                point = wrap(point, w);
+            }
+            case OP_UNWRAP: {
+                point_top--;
+                point = points[point_top];
+                acc = unwrap(acc, point, w);
+            }
+            case OP_RAMP: { ramp_share = ramp_value(point, w); }
             case OP_ROUND: { acc -= params[w]; }
             case OP_SHELL: { acc = abs(acc) - params[w]; }
             case OP_DISPLACE: { acc = displace(acc, point, instr.operand, w); }

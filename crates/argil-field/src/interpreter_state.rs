@@ -27,6 +27,8 @@ pub(crate) struct InterpreterState<R: Real> {
     pub acc: R::Lanes,
     /// The accumulator before a brush, while that is measured by itself.
     pub aside: R::Lanes,
+    /// The share of the next morph with a ramp.
+    pub share: R::Lanes,
     /// The accumulated materials.
     pub material: Box<MaterialLanes>,
     pub values: Vec<R::Lanes>,
@@ -78,6 +80,7 @@ impl<R: Real> InterpreterState<R> {
             start: FAR,
             acc: zero(),
             aside: zero(),
+            share: zero(),
             material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),
             values: Vec::new(),
             points: Vec::new(),

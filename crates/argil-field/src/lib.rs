@@ -35,6 +35,7 @@ mod program_tree;
 mod prune;
 mod pruned_grid;
 mod pruned_writer;
+mod ramps;
 mod regularity;
 mod relative_points;
 mod sampled;
@@ -73,4 +74,5 @@ pub(crate) const WGSL_COMMON: &str = concat!(
     include_str!("noise.wgsl"),
     include_str!("combine.wgsl"),
     include_str!("domain_ops.wgsl"),
+    include_str!("ramps.wgsl"),
 );

@@ -6,6 +6,7 @@ mod instances;
 mod lowering;
 mod measure;
 mod params;
+mod sections;
 mod solid;
 
 use crate::materials::materials_of;
@@ -91,12 +92,14 @@ impl Program {
             lowering.tasks.push(LoweringTask::Brush { node, frame });
         } else {
             lowering.program.value_slots += 1;
+            let ramp = lowering.ramp_before_joint(entry, frame);
             let combine = lowering.combine(entry, frame, false);
             lowering.emit(Instruction {
                 op: abi::OP_PUSH_VALUE,
                 ..Instruction::default()
             });
             lowering.tasks.push(LoweringTask::Emit(combine));
+            lowering.tasks.extend(ramp.map(LoweringTask::Emit));
             lowering.tasks.push(LoweringTask::Solid { node, frame });
         }
         lowering.emit_all()?;

@@ -51,7 +51,7 @@ pub(crate) fn dominated(
     let (a, b) = (a * j.sa, b * j.sb);
     let clear = margin + j.k;
     match mode {
-        abi::COMBINE_MORPH => (false, false),
+        abi::COMBINE_MORPH | abi::COMBINE_RAMPED => (false, false),
         // Paint applies where b is inside, or within its blend radius.
         abi::COMBINE_PAINT => (false, b > clear),
         abi::COMBINE_CHAMFER if j.k > 0.0 => {

@@ -30,6 +30,7 @@ pub(crate) fn weights<R: Real>(
     b: &R::Lanes,
     j: &Joint,
     flags: u32,
+    share: &R::Lanes,
     active: usize,
 ) -> F32Lanes {
     let mut out = f32::splat(0.0);
@@ -41,6 +42,8 @@ pub(crate) fn weights<R: Real>(
         out.0[i] = match flags & abi::COMBINE_MASK {
             abi::COMBINE_PAINT => weight_paint(b, j),
             abi::COMBINE_MORPH => j.amount,
+            // A curve may swing beyond both ends.
+            abi::COMBINE_RAMPED => Real::clamp_to(R::get(share, i).value(), 0.0, 1.0),
             _ => weight_smooth(a, b, j),
         };
     }

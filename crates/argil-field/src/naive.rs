@@ -86,6 +86,42 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
                 (p - q).length().hypot(d.max(0.0))
             }
         }
+        ref m @ Modifier::Shift { by, ref along } => {
+            inner(p - d3(by) * along.value(p)) / f64::from(m.stretch(content()))
+        }
+        ref m @ Modifier::Wrap {
+            from,
+            to,
+            radius,
+            ref curve,
+        } => {
+            let (radius, length) = (f64::from(radius), f64::from(to - from));
+            let core = f64::from(argil_scene::wrap_core(radius as f32, content()));
+            let r = p.x.hypot(p.z);
+            let turn = (-p.z).atan2(p.x) / std::f64::consts::TAU + 0.5;
+            let x = f64::from(from) + length * curve.value(turn);
+            let scale = 1.0 / f64::from(m.stretch(content()));
+            let at = |x: f64| inner(V3::new(x, p.y, r.max(core) - radius)) * scale;
+            let d = at(x).min(at(x - length)).min(at(x + length));
+            let gap = (core - r) * scale;
+            if r >= core {
+                d.max(gap)
+            } else if r >= f64::from(argil_abi::WRAP_TRUSTED) * core {
+                gap.max(d - gap)
+            } else {
+                gap
+            }
+        }
+        Modifier::Extrude { half_depth } => {
+            let beyond = V2::new(
+                inner(V3::new(p.x, p.y, 0.0)),
+                p.z.abs() - f64::from(half_depth),
+            );
+            beyond.max(V2::ZERO).length() + beyond.max_element().min(0.0)
+        }
+        Modifier::Revolve { offset } => {
+            inner(V3::new(p.x.hypot(p.z) - f64::from(offset), p.y, 0.0))
+        }
         ref m @ Modifier::Displace {
             amplitude,
             frequency,
@@ -139,10 +175,24 @@ fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
         all = match all {
             None if entry.operator.kind == OperatorKind::Union => Some(node(scene, child, p)),
             None => None,
-            Some(a) => Some(joint(a, node(scene, child, p), &entry.operator)),
+            Some(a) => Some(match ramped(scene, child, a, p) {
+                Some(morphed) => morphed,
+                None => joint(a, node(scene, child, p), &entry.operator),
+            }),
         };
     }
     all.unwrap_or(NOTHING)
+}
+
+/// Morphs a distance into a node's, if that has a ramp.
+fn ramped(scene: &Scene, id: NodeId, a: f64, p: V3) -> Option<f64> {
+    let entry = scene.node(id).at_current_time();
+    let ramp = entry.ramp.as_ref()?;
+    let amount = entry.operator.morph_amount;
+    let most = f64::from(ramp.max_difference);
+    let difference = (node(scene, id, p) - a).clamp(-most, most);
+    let share = ramp.along.value(p) * f64::from(amount);
+    Some((a + difference * share) / f64::from(ramp.stretch(amount)))
 }
 
 /// Combines two distances with an operator.

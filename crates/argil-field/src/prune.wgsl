@@ -52,7 +52,7 @@ fn dominated(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
     let clear = joint_margin + j.k;
     let is_union = j.sa > 0.0 && j.sb > 0.0;
     let mode = select(COMBINE_SMOOTH, flags & COMBINE_MASK, is_group);
-    if mode == COMBINE_MORPH {
+    if mode == COMBINE_MORPH || mode == COMBINE_RAMPED {
         return 0u;
     }
     var drops_a = is_union && a - b > clear;
@@ -147,13 +147,13 @@ fn choose() -> u32 {
                     stays = (open_groups[groups] & GROUP_STAYS) != 0u;
                     cleared = (open_groups[groups] & GROUP_WIPES) != 0u;
                 }
-                case OP_POP_POINT, OP_UNCLAMP: {
+                case OP_POP_POINT, OP_UNCLAMP, OP_EXTRUDE, OP_UNWRAP: {
                     open_frames[frames] = (place << 2u) | select(0u, FRAME_BEFORE, is_used) | select(0u, FRAME_GOES, cleared);
                     frames++;
                     stays = !cleared;
                     is_used = false;
                 }
-                case OP_PUSH_POINT, OP_TWIST, OP_BEND: {
+                case OP_PUSH_POINT, OP_TWIST, OP_BEND, OP_FLATTEN, OP_WRAP: {
                     frames--;
                     let frame = open_frames[frames];
                     stays = is_used;
@@ -167,7 +167,7 @@ fn choose() -> u32 {
                     is_used = is_used || (frame & FRAME_BEFORE) != 0u;
                 }
                 // These also move the point for later instructions in the frame.
-                case OP_AFFINE, OP_MIRROR, OP_ELONGATE: {
+                case OP_AFFINE, OP_MIRROR, OP_ELONGATE, OP_REVOLVE, OP_SHIFT: {
                     stays = frames == 0u || (open_frames[max(frames, 1u) - 1u] & FRAME_GOES) == 0u;
                 }
                 default: { stays = !cleared; }

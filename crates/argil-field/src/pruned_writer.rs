@@ -80,8 +80,8 @@ impl PrunedWriter {
                     at = end_of_group(instructions, at - 1).map_or(at, |end| end + 1);
                 }
                 abi::OP_PUSH_VALUE => self.push_value(*instr, out),
-                abi::OP_PUSH_POINT | abi::OP_TWIST | abi::OP_BEND => self.open(*instr, out),
-                abi::OP_POP_POINT | abi::OP_UNCLAMP => self.close(*instr, out),
+                op if abi::saves_point(op) => self.open(*instr, out),
+                op if abi::restores_point(op) => self.close(*instr, out),
                 _ => out.push(*instr),
             }
         }
@@ -174,15 +174,11 @@ impl PrunedWriter {
         for at in (begin..end).rev() {
             let instr = out[at];
             let stays = match instr.op {
-                abi::OP_POP_POINT | abi::OP_UNCLAMP | abi::OP_NEXT => {
+                op if op == abi::OP_NEXT || abi::restores_point(op) => {
                     closed += 1;
                     false
                 }
-                abi::OP_PUSH_POINT
-                | abi::OP_TWIST
-                | abi::OP_BEND
-                | abi::OP_REPEAT
-                | abi::OP_RADIAL => {
+                op if matches!(op, abi::OP_REPEAT | abi::OP_RADIAL) || abi::saves_point(op) => {
                     if closed > 0 {
                         closed -= 1;
                         false
@@ -195,8 +191,7 @@ impl PrunedWriter {
                         true
                     }
                 }
-                abi::OP_AFFINE | abi::OP_MIRROR | abi::OP_ELONGATE => closed == 0,
-                _ => false,
+                op => abi::moves_point(op) && closed == 0,
             };
             if stays {
                 self.kept.push(instr);

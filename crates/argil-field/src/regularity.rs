@@ -1,10 +1,11 @@
 //! The regularity of a field: its Lipschitz constant and its jumps.
 
 use crate::node_map::NodeMap;
+use argil_abi as abi;
 use argil_math::Aabb;
 use argil_scene::{
     BlendProfile, Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene,
-    evaluated_copies, half_angle_about_y, max_blend_propagation,
+    evaluated_copies, half_angle_about_y, max_blend_propagation, wrap_core,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -225,6 +226,18 @@ fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
 /// which the solid's distance underestimates the Euclidean one, and by at most the largest distance between points
 /// of neighboring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    if let Modifier::Wrap {
+        from, to, radius, ..
+    } = *modifier
+    {
+        let whole = content.under(std::slice::from_ref(modifier)).aabb;
+        let size = if whole.is_finite() {
+            2.0 * whole.half_diagonal()
+        } else {
+            radius
+        };
+        return (to - from).abs() + size;
+    }
     let looked_at = evaluated_copies(modifier, content);
     let takes_all = match *modifier {
         Modifier::Repeat { count, .. } => count == Some(looked_at),
@@ -251,6 +264,11 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
 
 /// Returns the minimum distance of copies that a point does not evaluate, or 0 if it is unknown.
 fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
+    if let Modifier::Wrap { radius, .. } = *modifier {
+        // Where the distance jumps, the core's border is this far away.
+        let core = wrap_core(radius, content.aabb);
+        return 0.99 * (1.0 - abi::WRAP_TRUSTED) * core / modifier.stretch(content.aabb);
+    }
     if !content.aabb.is_finite() || content.aabb.is_empty() {
         return 0.0;
     }

@@ -7,6 +7,7 @@ use crate::eval_brush::mapped;
 use crate::interpreter_state::{InterpreterState, words};
 use crate::noise;
 use crate::places::{placed, wrapped};
+use crate::ramps::ramp;
 use crate::scalar::{LANES, Real};
 use argil_abi as abi;
 
@@ -33,6 +34,21 @@ pub(crate) fn affine<R: Real>(
     let m = placed(params, at, origin, repeat_after(params, next));
     map_point::<R>(&mut r.point, r.active, |p| mapped(p, &m));
     r.absolute_from = r.points.len();
+}
+
+/// Evaluates the ramp of the next morph, behind a map from the points.
+#[inline(always)]
+pub(crate) fn set_share<R: Real>(r: &mut InterpreterState<R>, params: &[f32], at: usize) {
+    let m = match r.current_origin() {
+        Some(origin) => placed(params, at, origin, &[]),
+        None => *words(params, at),
+    };
+    let own = &params[at + m.len()..];
+    let [xs, ys, zs] = &r.point;
+    for i in 0..r.active.min(LANES) {
+        let p = mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m);
+        R::set(&mut r.share, i, ramp(p, own));
+    }
 }
 
 /// Returns the words of a repetition, if the next instruction is one.

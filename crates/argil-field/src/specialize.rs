@@ -110,6 +110,27 @@ fn write_instr(
             depth.point -= 1;
             writeln!(out, "    a{v} = unclamp(a{v}, p{}, {w}u);", q - 1)?;
         }
+        abi::OP_FLATTEN | abi::OP_WRAP => {
+            let call = if op == abi::OP_WRAP {
+                format!("wrap(p{q}, {w}u)")
+            } else {
+                format!("flatten(p{q})")
+            };
+            writeln!(out, "    p{} = {call};", q + 1)?;
+            depth.point += 1;
+        }
+        abi::OP_EXTRUDE | abi::OP_UNWRAP => {
+            depth.point -= 1;
+            let name = if op == abi::OP_EXTRUDE {
+                "extrude"
+            } else {
+                "unwrap"
+            };
+            writeln!(out, "    a{v} = {name}(a{v}, p{}, {w}u);", q - 1)?;
+        }
+        abi::OP_REVOLVE => writeln!(out, "    p{q} = revolve(p{q}, {w}u);")?,
+        abi::OP_SHIFT => writeln!(out, "    p{q} = shift(p{q}, {w}u);")?,
+        abi::OP_RAMP => writeln!(out, "    ramp_share = ramp_value(p{q}, {w}u);")?,
         abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
         abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
         abi::OP_DISPLACE => {
@@ -133,11 +154,7 @@ fn write_combine(instr: &Instruction, v: usize, out: &mut String) -> std::fmt::R
     } else {
         (format!("m{saved}"), "field_material".into())
     };
-    writeln!(
-        out,
-        "    {{ var j = read_joint({w}u); j.amount = params[{}u];",
-        w + 5
-    )?;
+    writeln!(out, "    {{ let j = read_group_joint({w}u, {flags}u);")?;
     writeln!(
         out,
         "    field_material = mix_material({ma}, {mb}, weight(a{a}, a{b}, j, {flags}u));"

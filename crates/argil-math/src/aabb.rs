@@ -115,24 +115,14 @@ impl Aabb {
         })
     }
 
-    /// Returns a box around this one after an affine map. A rotated infinite box becomes [`Aabb::ALL`].
+    /// Returns a box around this one after an affine map. A side that is infinite stays so along every axis that it gets
+    /// a share of.
     pub fn mapped(self, to_from_self: &DAffine3) -> Self {
         if self.is_empty() {
             return self;
         }
         if !self.is_finite() {
-            let shift = to_from_self.translation.as_vec3();
-            let linear = to_from_self.matrix3;
-            let scale = linear.x_axis.x;
-            let uniform = glam::DMat3::from_diagonal(glam::DVec3::splat(scale));
-            return if scale > 0.0 && linear == uniform {
-                Self::new(
-                    self.min * scale as f32 + shift,
-                    self.max * scale as f32 + shift,
-                )
-            } else {
-                Self::ALL
-            };
+            return self.mapped_infinite(to_from_self);
         }
         // Corners in f64, and then one step outward for the rounding to f32.
         let hull = Self::around(
@@ -141,5 +131,32 @@ impl Aabb {
         );
         let slack = hull.min.abs().max(hull.max.abs()).max_element() * f32::EPSILON;
         hull.grown(slack)
+    }
+
+    /// Adds up, for each axis, the shares of all sides, with room for the rounding to f32.
+    fn mapped_infinite(self, to_from_self: &DAffine3) -> Self {
+        let mut mapped = Self::ALL;
+        for axis in 0..3 {
+            let start = to_from_self.translation[axis];
+            let (mut low, mut high) = (start, start);
+            for from in 0..3 {
+                let share = to_from_self.matrix3.col(from)[axis];
+                // A quarter turn leaves a share of 1e-16, and not 0.
+                if share.abs() < 1e-12 {
+                    continue;
+                }
+                let ends = [self.min[from], self.max[from]].map(|end| f64::from(end) * share);
+                low += ends[0].min(ends[1]);
+                high += ends[0].max(ends[1]);
+            }
+            let slack = |end: f64| end.abs() * f64::from(f32::EPSILON);
+            if low.is_finite() {
+                mapped.min[axis] = (low - slack(low)) as f32;
+            }
+            if high.is_finite() {
+                mapped.max[axis] = (high + slack(high)) as f32;
+            }
+        }
+        mapped
     }
 }

@@ -52,13 +52,49 @@ impl Extent {
         }
     }
 
+    /// Returns the extent of a surface that moved inward. A corner of it is farther from what is outside than the
+    /// distance tells.
+    fn inset(self) -> Self {
+        Self {
+            max_underestimate: f32::INFINITY,
+            ..self
+        }
+    }
+
+    /// Returns the extent of the section at z = 0. Its distances are those of the whole solid, which ends nearer unless it
+    /// is the same at every z.
+    fn section(self) -> Self {
+        if !(self.aabb.min.z..=self.aabb.max.z).contains(&0.0) {
+            return Self::EMPTY;
+        }
+        let is_prism = self.aabb.min.z == f32::NEG_INFINITY && self.aabb.max.z == f32::INFINITY;
+        let level = self.aabb.size().truncate().length();
+        Self {
+            max_underestimate: self.max_underestimate + if is_prism { 0.0 } else { level },
+            ..self
+        }
+    }
+
     /// Returns the extent after one modifier.
     pub(crate) fn modified(self, modifier: &Modifier) -> Self {
         if self.aabb.is_empty() {
             return self;
         }
         match *modifier {
+            Modifier::Round { radius } if radius < 0.0 => self.inset(),
             Modifier::Round { radius } => self.offset(radius),
+            Modifier::Shift { .. } | Modifier::Wrap { .. } => Self {
+                aabb: region_after(modifier, self.aabb, self.aabb),
+                lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, self.aabb),
+                max_underestimate: f32::INFINITY,
+            },
+            Modifier::Extrude { .. } | Modifier::Revolve { .. } => {
+                let section = self.section();
+                Self {
+                    aabb: region_after(modifier, section.aabb, section.aabb),
+                    ..section
+                }
+            }
             Modifier::Shell { half_thickness } => self.offset(half_thickness),
             Modifier::Displace { amplitude, .. } => {
                 let moved = self.offset(2.0 * amplitude);
@@ -123,10 +159,33 @@ pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
             octaves,
             ..
         } => 1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32,
+        Modifier::Shift { by, ref along } => along.shift_stretch(by),
+        Modifier::Wrap {
+            from,
+            to,
+            radius,
+            ref curve,
+        } => {
+            let [low, high] = curve.slopes();
+            let turn = low.abs().max(high.abs()) * (to - from).abs();
+            let nearest = WRAP_TRUSTED * wrap_core(radius, content);
+            (turn / (std::f32::consts::TAU * nearest)).max(1.0)
+        }
         _ => modifier
             .clamp_box(content)
             .map_or(1.0, |b| twist_stretch(modifier, b)),
     }
+}
+
+/// The share of the radius of [`wrap_core`] down to which the distances around a wrapped solid are used.
+pub(crate) const WRAP_TRUSTED: f32 = 0.75;
+
+/// Returns the radius around the axis within which a wrapped solid is cut off, given the content's box: a little less
+/// than where it begins, or a small part of the radius if it reaches the axis.
+pub fn wrap_core(radius: f32, content: Aabb) -> f32 {
+    let begin = radius + content.min.z;
+    let margin = 0.05 * radius.min(content.size().z);
+    (begin - margin).max(radius / 32.0)
 }
 
 /// Returns a box around all points that a modifier maps into `region`, which is in the content's frame. `content`
@@ -173,6 +232,34 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
         }
         Modifier::Elongate { by } => {
             after = Aabb::new(region.min - Vec3::from(by), region.max + Vec3::from(by));
+        }
+        Modifier::Shift { by, ref along } => {
+            let at = |share: f32| {
+                let moved = share * Vec3::from(by);
+                Aabb::new(region.min + moved, region.max + moved)
+            };
+            let [low, high] = along.curve().range();
+            after = at(low).union(at(high));
+        }
+        Modifier::Wrap { radius, .. } => {
+            let r = (radius + region.max.z).max(0.0);
+            after = Aabb::new(
+                Vec3::new(-r, region.min.y, -r),
+                Vec3::new(r, region.max.y, r),
+            );
+        }
+        Modifier::Extrude { half_depth } => {
+            (after.min.z, after.max.z) = (-half_depth, half_depth);
+        }
+        Modifier::Revolve { offset } => {
+            let r = region.max.x + offset;
+            if r < 0.0 {
+                return Aabb::EMPTY;
+            }
+            after = Aabb::new(
+                Vec3::new(-r, region.min.y, -r),
+                Vec3::new(r, region.max.y, r),
+            );
         }
         Modifier::Twist { .. } | Modifier::Bend { .. } => {
             let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
@@ -336,6 +423,12 @@ impl<'a> Extents<'a> {
                 OperatorKind::Morph => {
                     all.aabb = all.aabb.union(operand.aabb);
                     all.max_underestimate = f32::INFINITY;
+                    if let Some(ramp) = &entry.ramp {
+                        let both = all.lipschitz_inverse.max(operand.lipschitz_inverse);
+                        let amount = operator.morph_amount;
+                        all.aabb = all.aabb.grown(both * ramp.overshoot(amount));
+                        all.lipschitz_inverse = both * ramp.stretch(amount);
+                    }
                 }
             }
             all.lipschitz_inverse = all.lipschitz_inverse.max(operand.lipschitz_inverse);

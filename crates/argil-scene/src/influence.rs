@@ -125,7 +125,8 @@ fn grown_box(
     // Up: through the modifiers of the groups, innermost first.
     for (modifier, interest, content) in passed.into_iter().rev() {
         region = region_after(modifier, region, content);
-        if modifier.clamp_box(content).is_some() {
+        // Beyond the ends of an extrusion, as beyond a clamp's box, distances depend on what is within.
+        if modifier.clamp_box(content).is_some() || matches!(modifier, Modifier::Extrude { .. }) {
             region = region.grown(interest);
         }
     }
@@ -202,7 +203,7 @@ fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
     match *modifier {
         Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),
         Modifier::Instances { ref poses } => interest / poses.scales()[0],
-        Modifier::Round { radius } => interest + radius,
+        Modifier::Round { radius } => interest + radius.abs(),
         Modifier::Shell { half_thickness } => interest + half_thickness,
         Modifier::Displace { amplitude, .. } => {
             interest * modifier.stretch(content) + 2.0 * amplitude

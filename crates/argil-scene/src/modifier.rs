@@ -1,6 +1,6 @@
 use crate::shape::ShapeParameter;
 use crate::shape_checks as rules;
-use crate::{Pose, Poses, ValidationError};
+use crate::{Curve, Pose, Poses, Ramp, ValidationError};
 use argil_math::Aabb;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -161,12 +161,13 @@ modifiers! {
     }
     example(Self::Elongate { by: [0.2, 0.0, 0.0] });
 
-    /// Moves the surface outward, which rounds edges.
+    /// Moves the surface outward, which rounds edges, or inward by a negative distance.
     #[doc(alias = "offset")]
     #[doc(alias = "dilate")]
+    #[doc(alias = "erode")]
     Round {
         /// The distance.
-        radius: f32 => not_negative,
+        radius: f32 => coordinate,
     }
     example(Self::Round { radius: 0.05 });
 
@@ -193,6 +194,57 @@ modifiers! {
         degrees_per_unit: f32 => within(-1e5, 1e5),
     }
     example(Self::Bend { degrees_per_unit: 30.0 });
+
+    /// Translates each point of the solid by a share of a vector that follows a ramp, as for a shear or the curve of
+    /// a letter S.
+    #[doc(alias = "shear")]
+    Shift {
+        /// The translation where the ramp's value is 1.
+        by: [f32; 3] => coordinate,
+        /// The share of it at each place.
+        along: Ramp => ramp,
+    }
+    example(Self::Shift {
+        by: [0.0, 0.3, 0.0],
+        along: Ramp::Line {
+            from: [-0.5, 0.0, 0.0],
+            to: [0.5, 0.0, 0.0],
+            curve: Curve::from_fn(1, |t| t * t * (3.0 - 2.0 * t)),
+        },
+    });
+
+    /// Wraps the solid around the y axis: the part between two places on the x axis becomes a full turn, counterclockwise
+    /// seen from above, from −x on. Its z becomes the distance outward from the radius. Near the axis, the solid is cut
+    /// off.
+    #[doc(alias = "roll")]
+    Wrap {
+        /// Where the turn begins on the x axis.
+        from: f32 => coordinate,
+        /// Where the turn ends on the x axis.
+        to: f32 => coordinate,
+        /// Distance from the axis at which z is 0.
+        radius: f32 => positive,
+        /// How the place on the x axis follows the angle.
+        #[serde(default)]
+        curve: Curve => curve,
+    }
+    rule(rules::apart("to", from, to))
+    example(Self::Wrap { from: -1.57, to: 1.57, radius: 0.5, curve: Curve::linear() });
+
+    /// Extrudes the section of the solid at z = 0 along z.
+    Extrude {
+        /// Half of the length along z.
+        half_depth: f32 => positive,
+    }
+    example(Self::Extrude { half_depth: 0.2 });
+
+    /// Revolves the section of the solid at z = 0 about the y axis. Its part at x < −offset is cut off.
+    #[doc(alias = "lathe")]
+    Revolve {
+        /// Distance from the axis to the section's own origin.
+        offset: f32 => coordinate,
+    }
+    example(Self::Revolve { offset: 0.5 });
 
     /// Moves the surface in and out by value noise. Each octave has half the amplitude and twice the frequency of
     /// the one before.

@@ -1,6 +1,6 @@
 use crate::keyframe::{self, Keyframe};
 use crate::validation::ValidationError;
-use crate::{LoadedGrid, Modifier, Operator, Shape};
+use crate::{LoadedGrid, Modifier, MorphRamp, Operator, Shape};
 
 /// The description of a brush or a group, apart from its place in a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct NodeDesc {
     pub locked: bool,
     /// How it combines with everything before it.
     pub operator: Operator,
+    /// Where a morph goes how far. Without it, the amount is the same everywhere.
+    pub ramp: Option<Box<MorphRamp>>,
     /// Transforms and deformations, applied in order.
     pub modifiers: Vec<Modifier>,
     /// Name of a material of the scene. If it is missing, the surrounding group's material applies.
@@ -65,6 +67,7 @@ impl NodeDesc {
             visible: true,
             locked: false,
             operator: Operator::default(),
+            ramp: None,
             modifiers: Vec::new(),
             material: None,
             keyframes: Vec::new(),
@@ -78,6 +81,9 @@ impl NodeDesc {
     /// The first value that is out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         self.operator.check()?;
+        if let Some(ramp) = &self.ramp {
+            ramp.check(self.operator.kind)?;
+        }
         for (i, modifier) in self.modifiers.iter().enumerate() {
             modifier
                 .check()

@@ -3,7 +3,7 @@
 //! *Practice.* [`Brush`], [`Group`] and [`Shape`] have the builder methods of [`NodeTree`]. `a | b`, `a - b` and `a & b` combine any of
 //! them into a group, as the Python library fogleman/sdf writes it.
 
-use crate::{BlendProfile, Keyframe, Modifier, NodeDesc, NodeKind, OperatorKind, Shape};
+use crate::{BlendProfile, Keyframe, Modifier, MorphRamp, NodeDesc, NodeKind, OperatorKind, Shape};
 
 /// A brush, or a group with everything in it, outside any scene.
 ///
@@ -236,6 +236,12 @@ macro_rules! builder {
                     desc.operator.morph_amount = amount;
                     desc.operator.kind = OperatorKind::Morph;
                 })
+            }
+
+            /// Lets a morph go farther in some places than in others.
+            #[must_use]
+            pub fn with_ramp(self, ramp: MorphRamp) -> $built {
+                self.change(|desc| desc.ramp = Some(Box::new(ramp)))
             }
 
             /// Blends the joint smoothly over a radius in the scene's unit.

@@ -1,5 +1,7 @@
 use crate::shape_checks::{self as rules, *};
-use crate::{LoadedGrid, Path2, Poses, SampledGrid, SplinePoint, ValidationError, shape_table};
+use crate::{
+    Curve, LoadedGrid, Path2, Poses, Ramp, SampledGrid, SplinePoint, ValidationError, shape_table,
+};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 #[cfg(feature = "schema")]
@@ -175,6 +177,8 @@ read_by_value!(
 read_by_reference!(
     Vec<SplinePoint> as [SplinePoint]: |points| size_of_val(&points[..]),
     Poses as Poses: |poses| size_of_val(&poses[..]),
+    Ramp as Ramp: Ramp::heap_bytes,
+    Curve as Curve: |curve| size_of_val(curve.pieces()),
     Path2 as Path2: |outline| size_of_val(&outline.segments[..]),
     String as str: String::len,
     LoadedGrid as LoadedGrid: |_| 0

@@ -2,11 +2,12 @@
 
 use crate::path2::spline_segments;
 use crate::validation::{self, ValidationError};
-use crate::{LoadedGrid, Path2, SplinePoint};
+use crate::{LoadedGrid, MAX_LENGTH, Path2, SplinePoint};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
 pub(crate) use crate::pose::poses;
+pub(crate) use crate::ramp::{curve, ramp};
 pub(crate) use crate::sampled_grid::mesh_resolution;
 pub(crate) use crate::text::{letters, text_bounds};
 pub(crate) use validation::at_most;
@@ -119,6 +120,14 @@ pub(crate) fn steps(spacing: [f32; 3], count: Option<[u32; 3]>) -> Result<(), Va
         if count.map_or(step != 0.0, |count| count[axis] > 1) {
             validation::positive(&format!("spacing[{axis}]"), step)?;
         }
+    }
+    Ok(())
+}
+
+/// Checks that two places differ.
+pub(crate) fn apart(path: &str, from: f32, to: f32) -> Result<(), ValidationError> {
+    if (to - from).abs() < 1e-6 {
+        return Err(ValidationError::new(path, "start and end coincide"));
     }
     Ok(())
 }
@@ -263,6 +272,21 @@ pub(crate) fn spline_bounds(points: &[SplinePoint]) -> Aabb {
     let held =
         spline_segments(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
     held.fold(Aabb::EMPTY, |all, own| all.union(own))
+}
+
+/// Returns a box that is infinite along each side that ends at the largest length.
+pub(crate) fn endless(solid: Aabb) -> Aabb {
+    let is_end = |end: f32| end.abs() >= MAX_LENGTH;
+    let extended = |end: Vec3| {
+        end.to_array().map(|end| {
+            if is_end(end) {
+                end * f32::INFINITY
+            } else {
+                end
+            }
+        })
+    };
+    Aabb::new(extended(solid.min).into(), extended(solid.max).into())
 }
 
 /// Returns the box of a sphere.

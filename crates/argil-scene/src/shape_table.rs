@@ -46,7 +46,7 @@ macro_rules! shape_table {
 
                 /// Box around the origin. The rounding lies within the half size.
                 Box(sd_box) {
-                    /// Half the length of each side.
+                    /// Half the length of each side. Along a side of 1e6 or more, the box is infinite.
                     half_size: [f32; 3] => positive,
                     /// Radius of edges and corners.
                     #[serde(default)]
@@ -57,7 +57,7 @@ macro_rules! shape_table {
                     let [x, y, z] = half_size;
                     [x - rounding, y - rounding, z - rounding, rounding]
                 })
-                bounds(Aabb::centered(half_size.into()))
+                bounds(endless(Aabb::centered(half_size.into())))
                 exact(true)
                 example(Some(Shape::rounded_box([0.45, 0.45, 0.45], 0.05)));
 
@@ -153,7 +153,7 @@ macro_rules! shape_table {
                 Cylinder(sd_cylinder) {
                     /// Radius.
                     radius: f32 => positive,
-                    /// Half of the height.
+                    /// Half of the height. A cylinder of 1e6 or more is infinite.
                     half_height: f32 => positive,
                     /// Radius of the rims.
                     #[serde(default)]
@@ -164,7 +164,7 @@ macro_rules! shape_table {
                     at_most("rounding", rounding, limit, "the lesser of radius and half height")
                 })
                 words([radius - rounding, half_height - rounding, rounding])
-                bounds(upright(radius, -half_height, half_height))
+                bounds(endless(upright(radius, -half_height, half_height)))
                 exact(true)
                 example(Some(Shape::Cylinder { radius: 0.4, half_height: 0.45, rounding: 0.03 }));
 
@@ -539,13 +539,13 @@ macro_rules! shape_table {
                 Extrusion(sd_extrusion, outline_loops) {
                     /// The path.
                     outline: Path2 => outline,
-                    /// Half of the length along z.
+                    /// Half of the length along z. An extrusion of 1e6 or more is infinite.
                     half_depth: f32 => positive,
                 }
                 words(outline_words(outline, half_depth, false))
                 bounds({
                     let (min, max) = outline.bounds();
-                    Aabb::new(min.extend(-half_depth), max.extend(half_depth))
+                    endless(Aabb::new(min.extend(-half_depth), max.extend(half_depth)))
                 })
                 exact(true)
                 example(Some(Shape::Extrusion {

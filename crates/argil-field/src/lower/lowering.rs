@@ -156,10 +156,10 @@ impl<'a> Lowering<'a> {
 
     pub(super) fn emit(&mut self, instr: Instruction) {
         match instr.op {
-            abi::OP_PUSH_POINT | abi::OP_REPEAT | abi::OP_RADIAL | abi::OP_TWIST | abi::OP_BEND => {
-                self.points += 1
-            }
-            abi::OP_POP_POINT | abi::OP_NEXT | abi::OP_UNCLAMP => self.points -= 1,
+            abi::OP_REPEAT | abi::OP_RADIAL => self.points += 1,
+            abi::OP_NEXT => self.points -= 1,
+            op if abi::saves_point(op) => self.points += 1,
+            op if abi::restores_point(op) => self.points -= 1,
             _ => {}
         }
         self.program.point_slots = self.program.point_slots.max(self.points);
@@ -218,6 +218,7 @@ impl<'a> Lowering<'a> {
             return;
         }
         let swapped = around.is_none() && self.slots[node] > self.prefix_slots[&group][last - 1];
+        let ramp = self.ramp_before_joint(entry, frame);
         let close = self.combine(entry, frame, swapped);
         let open = Instruction {
             op: abi::OP_PUSH_VALUE,
@@ -234,6 +235,7 @@ impl<'a> Lowering<'a> {
             };
         }
         self.tasks.push(LoweringTask::Emit(close));
+        self.tasks.extend(ramp.map(LoweringTask::Emit));
         let solid = LoweringTask::Solid { node, frame };
         let (first, second) = if swapped {
             (solid, before)
@@ -246,7 +248,15 @@ impl<'a> Lowering<'a> {
     }
 
     pub(super) fn combine(&mut self, entry: &NodeDesc, frame: Frame, swapped: bool) -> Instruction {
-        let (flags, words) = combine_words(entry, frame, swapped);
+        let (mut flags, words) = combine_words(entry, frame, swapped);
+        let mut words = words.to_vec();
+        if let Some(ramp) = &entry.ramp {
+            flags = flags & !abi::COMBINE_MASK | abi::COMBINE_RAMPED;
+            words.extend([
+                (f64::from(ramp.max_difference) * frame.scale) as f32,
+                1.0 / ramp.stretch(entry.operator.morph_amount),
+            ]);
+        }
         Instruction {
             flags,
             ..self.with(abi::OP_COMBINE, &words)

@@ -21,7 +21,7 @@ pub(super) fn is_single(entry: &NodeDesc) -> bool {
 pub(super) fn is_loop(modifier: &Modifier) -> bool {
     match *modifier {
         Modifier::Repeat { spacing, count } => (0..3).any(|axis| has_copies(spacing, count, axis)),
-        Modifier::RadialRepeat { .. } => true,
+        Modifier::RadialRepeat { .. } | Modifier::Wrap { .. } => true,
         _ => false,
     }
 }

@@ -195,7 +195,7 @@ impl Lowering<'_> {
                     ..self.with(abi::OP_DISPLACE, &words.map(|word| word as f32))
                 }));
             }
-            _ => {}
+            _ => self.open_section(node, modifier, content, frame, closing)?,
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! The parts of a scene file, for the schema and for writing. [`super::read`] reads them.
 
-use crate::{BlendProfile, Keyframe, Modifier, Operator, OperatorKind, Shape};
+use crate::{BlendProfile, Keyframe, Modifier, MorphRamp, Operator, OperatorKind, Shape};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,9 @@ pub(crate) struct Item {
     /// How far a morph goes, from 0 to 1.
     #[serde(default, skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
+    /// Where a morph goes how far: the amount is multiplied by the value of a ramp.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<Box<MorphRamp>>,
     /// Name of one of the scene's materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
@@ -70,6 +73,8 @@ pub(super) struct Head<'a> {
     #[serde(skip_serializing_if = "is_positive_zero")]
     pub amount: f32,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<&'a MorphRamp>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<&'a str>,
     #[serde(skip_serializing_if = "<[Modifier]>::is_empty")]
     pub modifiers: &'a [Modifier],
@@ -100,6 +105,7 @@ impl<'a> Head<'a> {
             blend,
             profile,
             amount,
+            ramp: entry.ramp.as_deref(),
             material: entry.material.as_deref(),
             modifiers: &entry.modifiers,
             keyframes: &entry.keyframes,

@@ -164,7 +164,7 @@ struct Open {
     seen: u32,
 }
 
-const FIELDS: [&str; 12] = [
+const FIELDS: [&str; 13] = [
     "name",
     "visible",
     "locked",
@@ -172,6 +172,7 @@ const FIELDS: [&str; 12] = [
     "blend",
     "profile",
     "amount",
+    "ramp",
     "material",
     "modifiers",
     "keyframes",
@@ -258,6 +259,7 @@ fn field(
         "blend" => part(reader, "").map(|v| item.entry.operator.blend = v),
         "profile" => part(reader, "").map(|v| item.entry.operator.profile = v),
         "amount" => part(reader, "").map(|v| item.entry.operator.morph_amount = v),
+        "ramp" => part(reader, "").map(|v| item.entry.ramp = Some(v)),
         "material" => part(reader, "").map(|v| item.entry.material = Some(v)),
         "modifiers" => part(reader, "").map(|v| item.entry.modifiers = v),
         "keyframes" => part(reader, "").map(|v| item.entry.keyframes = v),
