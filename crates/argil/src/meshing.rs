@@ -47,6 +47,9 @@ pub struct MeshOptions {
     pub materials: bool,
     /// Whether each triangle gets its own three vertices.
     pub unindexed: bool,
+    /// Whether the mesh is counted and checked, which takes a third of the time. Without it, [`MeshOutput::report`] and
+    /// [`MeshOutput::surface_error`] are zero.
+    pub checks: bool,
 }
 
 impl Default for MeshOptions {
@@ -60,6 +63,7 @@ impl Default for MeshOptions {
             max_triangles: None,
             materials: true,
             unindexed: false,
+            checks: true,
         }
     }
 }
@@ -252,8 +256,13 @@ impl World {
         }
         self.engine().control.end();
         let duration_ms = start.elapsed().as_secs_f64() * 1e3;
-        let report = MeshReport::of(&mesh);
-        let distances = project_to_field::distances(program, &lists, &mesh);
+        let (report, surface_error) = if options.checks {
+            let distances = project_to_field::distances(program, &lists, &mesh);
+            let error = VertexError::of(&distances, iso, voxel_grid.voxel_size);
+            (MeshReport::of(&mesh), error)
+        } else {
+            (MeshReport::of(&Mesh::default()), VertexError::default())
+        };
         if options.normals == MeshNormals::Face || options.unindexed {
             let shared = std::mem::take(&mut mesh);
             mesh = shared.unindexed(options.normals == MeshNormals::Face);
@@ -262,7 +271,7 @@ impl World {
             mesh.normals = Vec::new();
         }
         Ok(MeshOutput {
-            surface_error: VertexError::of(&distances, iso, voxel_grid.voxel_size),
+            surface_error,
             mesh,
             report,
             simplification_error: simplified_by,

@@ -1,0 +1,28 @@
+"""Reads solids from files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from . import _native, _output
+from ._sdf3 import SDF3
+
+
+def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool = False, progress: Any = None) -> SDF3:
+    """Reads a solid from a file.
+
+    Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb; holes are closed, and the solid is sampled at `resolution` places
+    along its longest side, from 16 to 512. Volumes: .vdb, .nvdb, .npy, .nrrd, at their own voxels. What has y up by definition,
+    .json and .glb, is turned, so that z points up. Scenes may name meshes in their folder, or anywhere if `external` is true.
+
+    Raises SceneError or ValueError for what the file holds, and OSError if it cannot be read.
+    """
+    name = os.fspath(path)
+    ending = os.path.splitext(name)[1].lower()
+    if ending == ".json":
+        return SDF3(_native.Scene.load(name, external, _output.progress_of(progress)).solid())
+    node = _native.Node.from_file(name, int(resolution), _output.progress_of(progress))
+    solid = SDF3(node)
+    # Everything else has the axes of these points.
+    return solid if ending == ".glb" else solid.rotate(-1.5707963267948966, (1, 0, 0))

@@ -1,0 +1,313 @@
+"""Meshes, files, volumes and pictures of solids."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from . import _native
+from ._numbers import number, to_scene, vector3
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ._mesh import Mesh
+    from ._sdf3 import SDF3, Box
+
+MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
+VOLUMES = (".vdb", ".nvdb", ".npy", ".nrrd")
+OWN = (".argil", ".json")
+
+
+def progress_of(progress: Any) -> Any:
+    """Returns a function of stage, done and total from a function or a tqdm bar."""
+    if progress is None or not hasattr(progress, "update"):
+        if progress is not None and not callable(progress):
+            raise TypeError(f"progress: expected a function of stage, done and total, or a tqdm bar, not {progress!r}")
+        return progress
+
+    def advance(stage: str, done: int, total: int) -> None:
+        if progress.desc != stage:
+            progress.reset(total=total or None)
+            progress.set_description(stage, refresh=False)
+        progress.total = total or None
+        progress.update(done - progress.n)
+
+    return advance
+
+
+def checked_box(bounds: Any) -> list[list[float]] | None:
+    """Returns two corners, or raises ValueError."""
+    if bounds is None:
+        return None
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        raise ValueError(f"bounds: expected ((x0, y0, z0), (x1, y1, z1)), not {bounds!r}") from None
+    corners = [list(vector3("bounds[0]", low)), list(vector3("bounds[1]", high))]
+    if any(a >= b for a, b in zip(*corners, strict=True)):
+        raise ValueError(f"bounds: the first corner, {low!r}, is not below the second, {high!r}")
+    return corners
+
+
+def step_of(step: Any) -> float | None:
+    """Returns the distance between samples from one number, or from three that are equal."""
+    if step is None or not hasattr(step, "__len__"):
+        return None if step is None else number("step", step)
+    sizes = vector3("step", step)
+    if max(sizes) > min(sizes) * 1.0001:
+        raise ValueError(f"step: {step!r} differs per axis, but voxels are cubes: pass one number")
+    return sizes[0]
+
+
+def _voxel_size(solid: SDF3, voxel_size: Any, samples: Any, box: list[list[float]] | None) -> float:
+    if voxel_size is not None:
+        size = number("voxel_size", voxel_size)
+        if size <= 0:
+            raise ValueError(f"voxel_size: {size} is not above 0")
+        return size
+    if samples is None:
+        raise ValueError("samples: a number is needed where no voxel size is given")
+    count = number("samples", samples)
+    if count < 1:
+        raise ValueError(f"samples: {count} is not above 0")
+    low, high = box if box is not None else solid._node.finite_bounds()
+    volume = math.prod(b - a for a, b in zip(low, high, strict=True))
+    longest = max(b - a for a, b in zip(low, high, strict=True))
+    return (max(volume, (1e-4 * longest) ** 3) / count) ** (1 / 3)
+
+
+def mesh(
+    solid: SDF3,
+    voxel_size: float | None,
+    samples: float | None,
+    bounds: Box | None,
+    method: str,
+    max_triangles: int | None,
+    normals: bool,
+    colors: bool | None,
+    progress: Any,
+) -> Mesh:
+    from ._mesh import Mesh
+
+    box = checked_box(bounds)
+    if max_triangles is not None and max_triangles < 4:
+        raise ValueError(f"max_triangles: {max_triangles} is not above 3")
+    size = _voxel_size(solid, voxel_size, samples, box)
+    with_colors = solid._node.has_materials if colors is None else bool(colors)
+    native = solid._node.mesh(
+        size, box, method, max_triangles, bool(normals), with_colors, progress_of(progress)
+    )
+    return Mesh(native)
+
+
+def save(
+    solid: SDF3,
+    path: str | os.PathLike[str],
+    step: Any,
+    bounds: Box | None,
+    samples: float | None,
+    verbose: bool,
+    progress: Any,
+    options: dict[str, Any],
+) -> None:
+    name = os.fspath(path)
+    ending = os.path.splitext(name)[1].lower()
+    for unused in ("workers", "batch_size", "sparse"):
+        options.pop(unused, None)
+    size = options.pop("voxel_size", None)
+    size = step_of(step) if size is None else size
+    if ending in MESHES:
+        scale = options.pop("scale", 1.0)
+        made = solid.mesh(size, samples=samples, bounds=bounds, progress=progress, **options)
+        made.save(name, scale=scale)
+        if verbose:
+            print(f"{name}: {made}")
+        return
+    if ending not in VOLUMES + OWN:
+        known = ", ".join(MESHES + VOLUMES + OWN)
+        raise ValueError(f"{name}: unknown extension; name it {known}")
+    half_width = number("half_width", options.pop("half_width", 3.0)) if ending in VOLUMES else 3.0
+    if options:
+        raise TypeError(f"save: unexpected arguments for {ending}: {', '.join(options)}")
+    if ending == ".json":
+        solid._node.save_scene(name)
+        return
+    box = checked_box(bounds)
+    voxel = _voxel_size(solid, size, samples, box)
+    solid._node.save_volume(name, voxel, box, half_width, progress_of(progress))
+
+
+def voxels(solid: SDF3, resolution: int, bounds: Box | None, progress: Any) -> NDArray[np.float32]:
+    import numpy as np
+
+    box = checked_box(bounds)
+    count = int(number("resolution", resolution))
+    if not 1 <= count <= 2048:
+        raise ValueError(f"resolution: {count} is not from 1 to 2048")
+    low, high = (np.array(corner) for corner in (box or solid._node.finite_bounds()))
+    size = (high - low).max() / count
+    if box is None:
+        low, high = low - 2 * size, high + 2 * size
+        size = (high - low).max() / count
+    counts = np.maximum(np.ceil((high - low) / size - 1e-3).astype(int), 1)
+    first = (low + high) / 2 - (counts - 1) * size / 2
+    values = solid._node.grid([float(c) for c in first], float(size), [int(n) for n in counts], progress_of(progress))
+    return values
+
+
+def _picture_options(options: dict[str, Any]) -> str:
+    known = {
+        "camera", "eye", "target", "field_of_view", "show", "ground", "sun", "samples", "bounds",
+    }  # fmt: skip
+    unknown = set(options) - known
+    if unknown:
+        raise TypeError(f"render: unexpected arguments {', '.join(sorted(unknown))}; known are {', '.join(sorted(known))}")
+    values: dict[str, Any] = {}
+    if (options.get("eye") is None) != (options.get("target") is None):
+        raise ValueError("render: eye and target go together")
+    if options.get("eye") is not None:
+        values["look_at"] = [to_scene(vector3(name, options[name])) for name in ("eye", "target")]
+    elif options.get("camera") is not None:
+        azimuth, elevation, distance = vector3("camera", options["camera"])
+        values["orbit"] = [azimuth, elevation, distance]
+    if options.get("field_of_view") is not None:
+        values["field_of_view"] = number("field_of_view", options["field_of_view"])
+    values["show"] = str(options.get("show", "shaded"))
+    values["ground"] = bool(options.get("ground", False))
+    if options.get("sun") is not None:
+        azimuth, elevation = options["sun"]
+        values["sun"] = [number("sun[0]", azimuth), number("sun[1]", elevation)]
+    if options.get("samples") is not None:
+        values["samples"] = int(options["samples"])
+    if options.get("bounds") is not None:
+        values["bounds"] = checked_box(options["bounds"])
+    return json.dumps(values)
+
+
+def _size(size: Sequence[int]) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in size)
+    except (TypeError, ValueError):
+        raise ValueError(f"size: expected (width, height), not {size!r}") from None
+    if width < 1 or height < 1:
+        raise ValueError(f"size: {width} × {height} pixels are none")
+    return width, height
+
+
+def render(solid: Any, size: Sequence[int], options: dict[str, Any]) -> NDArray[np.uint8]:
+    progress = progress_of(options.pop("progress", None))
+    return solid._node.render(*_size(size), _picture_options(options), progress)
+
+
+def save_picture(solid: Any, path: str | os.PathLike[str], size: Sequence[int], options: dict[str, Any]) -> None:
+    _native.write_png(os.fspath(path), render(solid, size, options))
+
+
+def turntable(
+    solid: Any,
+    path: str | os.PathLike[str],
+    frames: int,
+    size: Sequence[int],
+    seconds: float,
+    options: dict[str, Any],
+) -> None:
+    count = int(number("frames", frames))
+    if not 1 <= count <= 1000:
+        raise ValueError(f"frames: {count} is not from 1 to 1000")
+    if not number("seconds", seconds) > 0:
+        raise ValueError(f"seconds: {seconds} is not above 0")
+    name = os.fspath(path)
+    if not name.lower().endswith(".gif"):
+        raise ValueError(f"{name}: a turntable is a .gif file")
+    azimuth, elevation, distance = options.pop("camera", (30.0, 20.0, 3.6))
+    pictures = []
+    for nth in range(count):
+        camera = (azimuth + 360.0 * nth / count, elevation, distance)
+        pictures.append(render(solid, size, {**options, "camera": camera}))
+    _native.write_gif(name, pictures, seconds / count)
+
+
+def notebook_picture(solid: Any) -> bytes | None:
+    """Returns a picture as PNG for a notebook, or None for a solid that has no picture."""
+    try:
+        return _native.encode_png(render(solid, (480, 360), {"ground": False}))
+    except ValueError:
+        return None
+
+
+def show(solid: Any) -> Any:
+    program = os.environ.get("ARGIL_STUDIO") or shutil.which("argil-studio")
+    command = [program] if program else None
+    if command is None and (found := shutil.which("argil")):
+        command = [found, "studio"]
+    if command is None:
+        raise FileNotFoundError(
+            "argil-studio: the editor is not installed: build it by `cargo install --path apps/argil-studio`, "
+            "or set ARGIL_STUDIO to its path; render() and save() work without it"
+        )
+    folder = tempfile.mkdtemp(prefix="argil-")
+    path = os.path.join(folder, "scene.json")
+    solid._node.save_scene(path)
+    return subprocess.Popen([*command, path])
+
+
+def described(solid: Any) -> str:
+    return str(solid._node.description)
+
+
+def rebuilt(kind: str, text: str, grids: list[tuple[str, int, bytes]], blend: float | None) -> Any:
+    """Makes a solid from what pickle has stored."""
+    from . import _sdf2, _sdf3
+
+    own = {"SDF2": _sdf2.SDF2, "SDF3": _sdf3.SDF3}[kind](_native.Node.from_json(text, grids))
+    own._blend = blend
+    return own
+
+
+def sample_slice(
+    solid: SDF3,
+    w: int = 1024,
+    h: int = 1024,
+    x: float | None = None,
+    y: float | None = None,
+    z: float | None = None,
+    bounds: Box | None = None,
+) -> tuple[NDArray[np.float32], tuple[float, float, float, float], str]:
+    """Returns distances in a plane, as an image for matplotlib, with its extent and the names of its axes."""
+    import numpy as np
+
+    chosen = [(axis, value) for axis, value in enumerate((x, y, z)) if value is not None]
+    if len(chosen) != 1:
+        raise ValueError("slice: one of x, y and z must be given")
+    axis, at = chosen[0]
+    low, high = checked_box(bounds) or solid._node.finite_bounds()
+    across, up = {0: (2, 1), 1: (2, 0), 2: (1, 0)}[axis]
+    places = [np.linspace(low[a], high[a], n) for a, n in ((up, w), (across, h))]
+    grid = np.empty((w, h, 3))
+    grid[..., axis] = number("xyz"[axis], at)
+    grid[..., up] = places[0][:, None]
+    grid[..., across] = places[1][None, :]
+    values = solid.distance(grid.reshape(-1, 3)).reshape(w, h)
+    extent = (float(low[across]), float(high[across]), float(low[up]), float(high[up]))
+    return values, extent, "XYZ"[across] + "XYZ"[up]
+
+
+def show_slice(solid: SDF3, abs: bool = False, **options: Any) -> None:  # noqa: A002
+    """Plots distances in a plane by matplotlib. `abs` shows them without their sign."""
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    values, extent, axes = sample_slice(solid, **options)
+    image = plt.imshow(np.abs(values) if abs else values, extent=extent, origin="lower")
+    plt.xlabel(axes[0])
+    plt.ylabel(axes[1])
+    plt.colorbar(image)
+    plt.show()

@@ -1,0 +1,126 @@
+//! Python's exceptions for Rust's errors, with the same texts.
+
+use argil::mesh::MeshReadError;
+use argil::scene::{EditError, FileError, ValidationError};
+use argil::{BuildError, ExportError, MeshError, MeshFileError, RenderError, VolumeFileError, VolumeReadError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyValueError};
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    argil,
+    SceneError,
+    PyValueError,
+    "A scene that cannot be read, changed or built. The message names the place in it, such as brushes[3].shape.radius."
+);
+
+/// Conversion of an error of Rust to Python's.
+pub trait ToPython {
+    fn to_python(self) -> PyErr;
+}
+
+fn texts(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(inner) = source {
+        let own = inner.to_string();
+        if !text.contains(&own) {
+            text = format!("{text}: {own}");
+        }
+        source = inner.source();
+    }
+    text
+}
+
+/// Returns an error of the system as Python's, with its number, so that it becomes FileNotFoundError and the like.
+fn of_system(error: &std::io::Error, text: String) -> PyErr {
+    match error.raw_os_error() {
+        Some(number) => PyOSError::new_err((number, text)),
+        None => PyOSError::new_err(text),
+    }
+}
+
+/// Finds the system's error behind another one.
+fn system_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a std::io::Error> {
+    let mut at = Some(error);
+    while let Some(own) = at {
+        if let Some(found) = own.downcast_ref() {
+            return Some(found);
+        }
+        at = own.source();
+    }
+    None
+}
+
+macro_rules! as_value_errors {
+    ($($error:ty),*) => {$(
+        impl ToPython for $error {
+            fn to_python(self) -> PyErr {
+                let text = texts(&self);
+                match system_error(&self) {
+                    Some(error) => of_system(error, text),
+                    None => PyValueError::new_err(text),
+                }
+            }
+        }
+    )*};
+}
+
+macro_rules! as_scene_errors {
+    ($($error:ty),*) => {$(
+        impl ToPython for $error {
+            fn to_python(self) -> PyErr {
+                let text = texts(&self);
+                match system_error(&self) {
+                    Some(error) => of_system(error, text),
+                    None => SceneError::new_err(text),
+                }
+            }
+        }
+    )*};
+}
+
+as_value_errors!(
+    ValidationError,
+    MeshReadError,
+    RenderError,
+    VolumeFileError,
+    VolumeReadError,
+    ExportError,
+    std::io::Error,
+    argil::ImageFileError
+);
+as_scene_errors!(FileError, MeshFileError, EditError);
+
+impl ToPython for BuildError {
+    fn to_python(self) -> PyErr {
+        let text = texts(&self);
+        if text.contains("memory") {
+            return PyMemoryError::new_err(text);
+        }
+        match self {
+            Self::Scene(_) => SceneError::new_err(text),
+            _ => PyValueError::new_err(text),
+        }
+    }
+}
+
+impl ToPython for MeshError {
+    fn to_python(self) -> PyErr {
+        match self {
+            Self::Build(error) => error.to_python(),
+            error => {
+                let text = texts(&error);
+                match system_error(&error) {
+                    Some(error) => of_system(error, text),
+                    None => PyValueError::new_err(text),
+                }
+            }
+        }
+    }
+}
+
+impl ToPython for String {
+    fn to_python(self) -> PyErr {
+        PyValueError::new_err(self)
+    }
+}

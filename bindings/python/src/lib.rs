@@ -1,0 +1,43 @@
+//! The native part of the Python package `argil`. Its front in `python/argil` has the names, the docs and the types.
+
+mod arrays;
+mod ask;
+mod axes;
+mod errors;
+mod function;
+mod mesh;
+mod node;
+mod outlines;
+mod pictures;
+mod scene;
+mod solid;
+mod tree;
+mod work;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    use super::*;
+
+    #[pymodule_export]
+    use super::errors::SceneError;
+    #[pymodule_export]
+    use super::function::sample_function;
+    #[pymodule_export]
+    use super::mesh::Mesh;
+    #[pymodule_export]
+    use super::node::Node;
+    #[pymodule_export]
+    use super::outlines::{image_profile, text_outlines};
+    #[pymodule_export]
+    use super::pictures::{encode_png, write_gif, write_png};
+
+    #[pymodule_export]
+    use super::scene::{Bricks, Scene, SceneNode};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,356 @@
+//! Solids as Python composes them: immutable trees that share their parts.
+//!
+//! *Practice.* An operator costs one node. A solid becomes a scene when something is asked of it.
+
+use argil::scene::{
+    Brush, Group, Material, Modifier, MorphRamp, NodeDesc, NodeTree, Operator, OperatorKind, Ramp,
+    Scene, Shape,
+};
+use std::sync::Arc;
+
+/// Maximum nodes of a scene, counting parts as often as they are used.
+const MAX_NODES: usize = 4_000_000;
+
+/// A solid.
+#[derive(Debug)]
+pub enum Tree {
+    Shape(Shape),
+    Join {
+        operator: Operator,
+        ramp: Option<Ramp>,
+        left: Arc<Tree>,
+        right: Arc<Tree>,
+    },
+    Modified {
+        modifier: Modifier,
+        inner: Arc<Tree>,
+    },
+    Painted {
+        material: Material,
+        inner: Arc<Tree>,
+    },
+    Named {
+        name: String,
+        inner: Arc<Tree>,
+    },
+    /// Nodes of a scene file.
+    Nodes {
+        nodes: Vec<NodeTree>,
+        materials: Vec<(String, Material)>,
+    },
+}
+
+/// Chains are as long as programs that build them, so dropping one must not recurse.
+impl Drop for Tree {
+    fn drop(&mut self) {
+        let mut open = Vec::new();
+        take_parts(self, &mut open);
+        while let Some(part) = open.pop() {
+            if let Ok(mut own) = Arc::try_unwrap(part) {
+                take_parts(&mut own, &mut open);
+            }
+        }
+    }
+}
+
+fn take_parts(tree: &mut Tree, open: &mut Vec<Arc<Tree>>) {
+    let empty = || Arc::new(Tree::Shape(Shape::sphere(1.0)));
+    let is_leaf = |part: &Arc<Tree>| matches!(**part, Tree::Shape(_) | Tree::Nodes { .. });
+    let mut take = |part: &mut Arc<Tree>| {
+        if !is_leaf(part) {
+            open.push(std::mem::replace(part, empty()));
+        }
+    };
+    match tree {
+        Tree::Shape(_) | Tree::Nodes { .. } => {}
+        Tree::Join { left, right, .. } => {
+            take(left);
+            take(right);
+        }
+        Tree::Modified { inner, .. } | Tree::Painted { inner, .. } | Tree::Named { inner, .. } => {
+            take(inner);
+        }
+    }
+}
+
+/// What is still to be done while a tree becomes nodes.
+enum Step<'a> {
+    Visit(&'a Tree),
+    Modify(&'a Modifier),
+    Paint(&'a Material),
+    Name(&'a str),
+    Join(&'a Operator, Option<&'a Ramp>),
+}
+
+/// The materials of a scene to be.
+#[derive(Default)]
+struct Materials(Vec<(String, Material)>);
+
+impl Materials {
+    fn name_of(&mut self, material: &Material) -> String {
+        if let Some((name, _)) = self.0.iter().find(|(_, own)| own == material) {
+            return name.clone();
+        }
+        let name = format!("material {}", self.0.len() + 1);
+        self.0.push((name.clone(), *material));
+        name
+    }
+
+    /// Adds a named material. Returns the name under which it is known, if that differs.
+    fn take(&mut self, name: &str, material: Material) -> Option<String> {
+        match self.0.iter().find(|(own, _)| own == name) {
+            None => {
+                self.0.push((name.to_owned(), material));
+                None
+            }
+            Some((_, own)) if *own == material => None,
+            Some(_) => Some(self.name_of(&material)),
+        }
+    }
+}
+
+impl Tree {
+    /// Describes what the solid consists of.
+    pub fn description(&self) -> String {
+        let (mut shapes, mut last, mut open) = (0u64, "", vec![self]);
+        while let Some(tree) = open.pop() {
+            match tree {
+                Tree::Shape(shape) => (shapes, last) = (shapes + 1, shape.kind()),
+                Tree::Nodes { nodes, .. } => {
+                    shapes += nodes.iter().map(|tree| tree.entries().count() as u64).sum::<u64>();
+                }
+                Tree::Join { left, right, .. } => open.extend([&**left, &**right]),
+                Tree::Modified { inner, .. } | Tree::Painted { inner, .. } | Tree::Named { inner, .. } => {
+                    open.push(inner);
+                }
+            }
+            if shapes + open.len() as u64 > 1000 {
+                return "over 1000 shapes".to_owned();
+            }
+        }
+        match shapes {
+            1 if !last.is_empty() => format!("one shape, {last}"),
+            count => format!("{count} shapes"),
+        }
+    }
+
+    /// Returns the solid as a scene.
+    ///
+    /// # Errors
+    /// If there would be too many nodes, or a node is refused.
+    pub fn to_scene(&self) -> Result<Scene, String> {
+        let (tree, materials) = self.to_nodes()?;
+        let mut scene = Scene::new();
+        for (name, material) in materials {
+            let set = scene.set_material(name, material);
+            set.map_err(|error| error.to_string())?;
+        }
+        let operands = if is_plain_group(&tree) {
+            take_children(tree)
+        } else {
+            vec![tree]
+        };
+        for operand in operands {
+            scene.push(operand).map_err(|error| error.to_string())?;
+        }
+        scene.forget_history(0);
+        set_differences(&mut scene)?;
+        Ok(scene)
+    }
+
+    /// Returns the solid as one node, with its materials.
+    pub fn to_nodes(&self) -> Result<(NodeTree, Vec<(String, Material)>), String> {
+        let mut steps = vec![Step::Visit(self)];
+        let mut done: Vec<NodeTree> = Vec::new();
+        let mut materials = Materials::default();
+        let mut count = 0;
+        while let Some(step) = steps.pop() {
+            match step {
+                Step::Visit(tree) => {
+                    count += 1;
+                    if count > MAX_NODES {
+                        return Err(format!(
+                            "the solid has more than {MAX_NODES} parts, counted as often as they are used"
+                        ));
+                    }
+                    visit(tree, &mut steps, &mut done, &mut materials);
+                }
+                Step::Modify(modifier) => with_top(&mut done, |desc| {
+                    desc.modifiers.push(modifier.clone());
+                }),
+                Step::Paint(material) => {
+                    let name = materials.name_of(material);
+                    with_top(&mut done, |desc| {
+                        desc.material.get_or_insert(name);
+                    });
+                }
+                Step::Name(name) => with_top(&mut done, |desc| name.clone_into(&mut desc.name)),
+                Step::Join(operator, ramp) => {
+                    if let (Some(right), Some(left)) = (done.pop(), done.pop()) {
+                        done.push(joined(left, right, operator, ramp));
+                    }
+                }
+            }
+        }
+        let tree = done.pop().unwrap_or_else(|| Group::new().into());
+        Ok((tree, materials.0))
+    }
+}
+
+fn visit<'a>(
+    tree: &'a Tree,
+    steps: &mut Vec<Step<'a>>,
+    done: &mut Vec<NodeTree>,
+    materials: &mut Materials,
+) {
+    match tree {
+        Tree::Shape(shape) => done.push(Brush::new(shape.clone()).into()),
+        Tree::Join {
+            operator,
+            ramp,
+            left,
+            right,
+        } => {
+            steps.push(Step::Join(operator, ramp.as_ref()));
+            steps.push(Step::Visit(right));
+            steps.push(Step::Visit(left));
+        }
+        Tree::Modified { modifier, inner } => {
+            steps.push(Step::Modify(modifier));
+            steps.push(Step::Visit(inner));
+        }
+        Tree::Painted { material, inner } => {
+            steps.push(Step::Paint(material));
+            steps.push(Step::Visit(inner));
+        }
+        Tree::Named { name, inner } => {
+            steps.push(Step::Name(name));
+            steps.push(Step::Visit(inner));
+        }
+        Tree::Nodes {
+            nodes,
+            materials: own,
+        } => {
+            let mut group: NodeTree = Group::new().into();
+            group.children = nodes.clone();
+            let renamed: Vec<(String, String)> = own
+                .iter()
+                .filter_map(|(name, material)| Some((name.clone(), materials.take(name, *material)?)))
+                .collect();
+            rename(&mut group, &renamed);
+            done.push(group);
+        }
+    }
+}
+
+fn rename(tree: &mut NodeTree, names: &[(String, String)]) {
+    let mut open = vec![tree];
+    while let Some(tree) = open.pop() {
+        if let Some(name) = &mut tree.desc.material
+            && let Some((_, to)) = names.iter().find(|(from, _)| from == name)
+        {
+            name.clone_from(to);
+        }
+        open.extend(&mut tree.children);
+    }
+}
+
+fn with_top(done: &mut [NodeTree], change: impl FnOnce(&mut NodeDesc)) {
+    if let Some(top) = done.last_mut() {
+        change(&mut top.desc);
+    }
+}
+
+/// Whether a node is a group that only holds others.
+fn is_plain_group(tree: &NodeTree) -> bool {
+    let blank: NodeDesc = Group::new().into();
+    tree.desc == blank
+}
+
+fn take_children(mut tree: NodeTree) -> Vec<NodeTree> {
+    std::mem::take(&mut tree.children)
+}
+
+/// Appends a solid to another one, as an operand of the same list where that means the same.
+fn joined(
+    left: NodeTree,
+    mut right: NodeTree,
+    operator: &Operator,
+    ramp: Option<&Ramp>,
+) -> NodeTree {
+    let mut list = if is_plain_group(&left) && !left.children.is_empty() {
+        left
+    } else {
+        let mut group: NodeTree = Group::new().into();
+        group.children.push(left);
+        group
+    };
+    let hard_union = Operator::default();
+    let adds = |tree: &NodeTree| tree.desc.operator == hard_union;
+    if *operator == hard_union && is_plain_group(&right) && right.children.iter().all(adds) {
+        list.children.append(&mut right.children);
+        return list;
+    }
+    right.desc.operator = *operator;
+    if let Some(ramp) = ramp {
+        right.desc.ramp = Some(Box::new(MorphRamp {
+            along: ramp.clone(),
+            max_difference: 1.0,
+        }));
+    }
+    list.children.push(right);
+    list
+}
+
+/// Sets how far the two solids of each morph with a ramp are apart.
+fn set_differences(scene: &mut Scene) -> Result<(), String> {
+    let has_ramp = |id: &_| scene.node(*id).desc().ramp.is_some();
+    // From the inside out, because a box depends on what is within.
+    let ramps: Vec<_> = scene.iter().filter(has_ramp).collect();
+    for node in ramps.into_iter().rev() {
+        let max_difference = scene.max_difference(node);
+        let mut entry = scene.node(node).desc().clone();
+        if let Some(ramp) = &mut entry.ramp {
+            ramp.max_difference = max_difference;
+        }
+        let edit = argil::scene::Edit::Replace { node, desc: entry };
+        scene.apply(edit).map_err(|error| error.to_string())?;
+    }
+    scene.forget_history(0);
+    Ok(())
+}
+
+/// Returns the nodes of a scene as a solid, in the order of its list.
+pub fn of_scene(scene: &Scene) -> Tree {
+    fn copied(scene: &Scene, id: argil::scene::NodeId, depth: usize) -> NodeTree {
+        let mut tree: NodeTree = scene.node(id).at_current_time().clone().into();
+        if depth < 2000 {
+            let children = scene.node(id).children().iter();
+            tree.children = children.map(|&id| copied(scene, id, depth + 1)).collect();
+        }
+        tree
+    }
+    let root = scene.node(Scene::ROOT).children();
+    Tree::Nodes {
+        nodes: root.iter().map(|&id| copied(scene, id, 0)).collect(),
+        materials: scene
+            .materials()
+            .iter()
+            .map(|(name, material)| (name.clone(), *material))
+            .collect(),
+    }
+}
+
+/// Returns a solid of everything but another one.
+pub fn complement(inner: Arc<Tree>) -> Tree {
+    let everything = Shape::cuboid([argil::scene::MAX_LENGTH; 3]);
+    Tree::Join {
+        operator: Operator {
+            kind: OperatorKind::Subtract,
+            ..Operator::default()
+        },
+        ramp: None,
+        left: Arc::new(Tree::Shape(everything)),
+        right: inner,
+    }
+}
