@@ -51,7 +51,7 @@ fn main() {
         let (bricks, lists, _) =
             Bricks::bake_with_programs(&program, layout, None).expect("bricks");
         let mut marched = marching::bricks::march(&bricks);
-        project_to_field::project_to_field(&program, &lists, &mut marched);
+        project_to_field::project_to_field(&program, &lists, &mut marched, true);
         marched
     };
     let ms = median(|| drop(all()));
@@ -68,7 +68,8 @@ fn main() {
         (sum / mesh.positions.len() as f64).sqrt() / f64::from(voxel_grid.voxel_size)
     };
     let before = off(&marched.mesh);
-    let refine = median(|| project_to_field::project_to_field(&program, &lists, &mut marched));
+    let refine =
+        median(|| project_to_field::project_to_field(&program, &lists, &mut marched, true));
     let marched = all();
     println!(
         "scene to mesh, 256³: {ms:.2} ms; bake {bake:.2}, march {march:.2}, refine {refine:.2}; off {before:.5} voxels, then {:.5}",

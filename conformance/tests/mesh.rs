@@ -20,7 +20,7 @@ fn mesh(program: &Program, resolution: u32) -> (Mesh, VoxelGrid) {
     let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(program, layout, None).expect("bricks");
     let mut marched = marching::bricks::march(&bricks);
-    project_to_field::project_to_field(program, &lists, &mut marched);
+    project_to_field::project_to_field(program, &lists, &mut marched, true);
     project_to_field::orient_normals(&mut marched);
     (marched.mesh, voxel_grid)
 }

@@ -60,6 +60,7 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         max_triangles: options.max_triangles.map(|n| n as usize),
         materials: format.is_some_and(|(_, format)| format != MeshFormat::Stl),
         unindexed: options.unindexed,
+        checks: true,
     };
     let place = || options.scene.display().to_string();
     let meshed = world.mesh(&settings).with_context(place)?;

@@ -7,6 +7,9 @@ use crate::scalar::{LANES, Real};
 pub(crate) const REPEAT_WORDS: usize = 16;
 /// Words of a radial repetition: copies, angle between them, candidates; then the largest jump.
 pub(crate) const RADIAL_WORDS: usize = 4;
+/// Words after those of either repetition: the box of what is repeated, the square of the factor from the distance to it
+/// to that of the solid, and what rounding can add.
+pub(crate) const COPY_WORDS: usize = 8;
 /// Words of a clamp: minimum corner, maximum corner; then the angle per unit of length, and the scale to the
 /// scene's unit.
 pub(crate) const TWIST_WORDS: usize = 8;
@@ -65,12 +68,105 @@ pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
 /// Returns x and z rotated back by candidate `j`'s angle.
 #[inline(always)]
 pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R, R) {
-    let angle = rough_atan2(z.value(), x.value());
-    let own = (angle / w[1] + 0.5).floor();
-    let near = nearby(own, angle - own * w[1], j, w[2]);
-    let sector = if w[2] == w[0] { j } else { near };
+    let own = (rough_atan2(z.value(), x.value()) / w[1] + 0.5).floor();
+    let (s, c) = crate::scalar::sin_cos(own * w[1]);
+    let across = z.value() * c - x.value() * s;
+    let sector = nearby(own, across, j, w[2]);
     let (s, c) = crate::scalar::sin_cos(sector * w[1]);
     (x * c + z * s, z * c - x * s)
+}
+
+/// The angle within which a sector may be another one than the rough angle tells, with room for rounding.
+const ROUGH: f32 = 3e-4;
+
+/// The sectors of a candidate for many points.
+pub(crate) enum Sectors {
+    /// All have the same one.
+    One(f32),
+    /// All have the same one of their own, and the candidate is the neighbor before it or after it.
+    Beside(f32),
+    /// They differ.
+    Many,
+}
+
+/// Returns the sectors of candidate `j`, which [`radial`] finds for each point.
+#[inline(always)]
+pub(crate) fn sectors<R: Real>(
+    xs: &R::Lanes,
+    zs: &R::Lanes,
+    j: f32,
+    w: &[f32; RADIAL_WORDS],
+    active: usize,
+) -> Sectors {
+    let (step, candidates) = (w[1], w[2]);
+    if candidates == w[0] {
+        return Sectors::One(j);
+    }
+    let half = 0.5 * step - ROUGH;
+    if !(ROUGH..1.5).contains(&half) {
+        return Sectors::Many;
+    }
+    let angle = rough_atan2(R::get(zs, 0).value(), R::get(xs, 0).value());
+    let own = (angle / step + 0.5).floor();
+    let (s, c) = crate::scalar::sin_cos(own * step);
+    let (sine, cosine) = crate::scalar::sin_cos(half);
+    let limit = sine / cosine;
+    let mut strays = 0u32;
+    for i in 0..active.min(LANES) {
+        let (x, z) = (R::get(xs, i).value(), R::get(zs, i).value());
+        let (along, across) = (x * c + z * s, z * c - x * s);
+        let is_clear = across.abs() <= limit * along;
+        strays |= u32::from(!is_clear);
+    }
+    if strays != 0 {
+        Sectors::Many
+    } else if candidates > 2.0 || j == 0.0 {
+        Sectors::One(nearby(own, 0.0, j, candidates))
+    } else {
+        Sectors::Beside(own)
+    }
+}
+
+/// Rotates points back by candidate `j`'s angle.
+#[inline(always)]
+pub(crate) fn radial_points<R: Real>(
+    [xs, ys, zs]: &[R::Lanes; 3],
+    [px, py, pz]: &mut [R::Lanes; 3],
+    j: f32,
+    w: &[f32; RADIAL_WORDS],
+    active: usize,
+) {
+    let turn = |sector: f32| crate::scalar::sin_cos(sector * w[1]);
+    match sectors::<R>(xs, zs, j, w, active) {
+        Sectors::One(sector) => {
+            let (s, c) = turn(sector);
+            for i in 0..active.min(LANES) {
+                let (x, z) = (R::get(xs, i), R::get(zs, i));
+                R::set(px, i, x * c + z * s);
+                R::set(pz, i, z * c - x * s);
+            }
+        }
+        Sectors::Beside(own) => {
+            let (s, c) = turn(own);
+            let (before, after) = (turn(own - 1.0), turn(own + 1.0));
+            for i in 0..active.min(LANES) {
+                let (x, z) = (R::get(xs, i), R::get(zs, i));
+                let is_before = z.value() * c - x.value() * s < 0.0;
+                let s = if is_before { before.0 } else { after.0 };
+                let c = if is_before { before.1 } else { after.1 };
+                R::set(px, i, x * c + z * s);
+                R::set(pz, i, z * c - x * s);
+            }
+        }
+        Sectors::Many => {
+            for i in 0..active.min(LANES) {
+                let (x, z) = radial(R::get(xs, i), R::get(zs, i), j, w);
+                R::set(px, i, x);
+                R::set(pz, i, z);
+            }
+        }
+    }
+    py.clone_from(ys);
 }
 
 #[inline(always)]

@@ -64,7 +64,8 @@ fn radial(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
     let step = params[w + 1u];
     let angle = rough_atan2(p.z, p.x);
     let own = floor(angle / step + 0.5);
-    let near = nearby(own, angle - own * step, f32(j), params[w + 2u]);
+    let turn = sin_cos(own * step);
+    let near = nearby(own, p.z * turn.y - p.x * turn.x, f32(j), params[w + 2u]);
     let sector = select(near, f32(j), params[w + 2u] == params[w]);
     let sc = sin_cos(sector * step);
     return vec3(p.x * sc.y + p.z * sc.x, p.y, p.z * sc.y - p.x * sc.x);

@@ -5,14 +5,17 @@ use crate::bounded_group::skip_group;
 use crate::combine::{Joint, combine_chamfer, combine_morph, combine_smooth};
 use crate::dispatch::measure;
 use crate::domain_ops::{
-    RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial, repeat_axis, twist, unclamp,
+    COPY_WORDS, RADIAL_WORDS, REPEAT_WORDS, TWIST_WORDS, bend, map_point, radial_points,
+    repeat_axis, twist, unclamp,
 };
 use crate::eval_brush::{BrushParams, HEADER};
 use crate::interpreter_state::{InterpreterState, words};
 use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
 use crate::places::placed;
 use crate::prefetch::prefetch;
-use crate::ramps::{EXTRUDE_WORDS, combine_ramped, extrude, revolve, shift, unwrap, wrap};
+use crate::ramps::{
+    EXTRUDE_WORDS, combine_ramped, extrude, revolve_points, shift_points, unwrap, wrap_points,
+};
 use crate::relative_points::{affine, displace, leave_origin, set_share};
 use crate::scalar::{F32Lanes, LANES, Real};
 use crate::{FAR, Program, WORLD_LIMIT};
@@ -294,9 +297,16 @@ fn next<R: Real>(
             }
         }
     }
-    if done < candidates(params, begin.op, begin.params as usize) {
+    let (op, at) = (begin.op, begin.params as usize);
+    for copy in done..candidates(params, op, at) {
+        candidate(r, params, op, at, copy);
+        if is_too_far(r, params, op, at) {
+            continue;
+        }
+        if let Some(done) = r.loops.last_mut() {
+            *done = copy;
+        }
         r.acc = R::splat(FAR);
-        candidate(r, params, begin.op, begin.params as usize, done);
         return true;
     }
     r.loops.pop();
@@ -306,6 +316,35 @@ fn next<R: Real>(
     }
     restore_point(r);
     false
+}
+
+/// Whether the current copy is farther than the nearest one so far, in every lane.
+#[inline(always)]
+fn is_too_far<R: Real>(r: &InterpreterState<R>, params: &[f32], op: u32, at: usize) -> bool {
+    let Some(least) = r.values.last() else {
+        return false;
+    };
+    let own = at
+        + if op == abi::OP_REPEAT {
+            REPEAT_WORDS
+        } else {
+            RADIAL_WORDS
+        };
+    let w: &[f32; COPY_WORDS] = words(params, own);
+    let [xs, ys, zs] = &r.point;
+    let mut is_near = 0u32;
+    for i in lanes_of(r.active) {
+        let beyond = |lanes: &R::Lanes, axis: usize| {
+            let c = R::get(lanes, i).value();
+            c - Real::clamp_to(c, w[axis], w[3 + axis])
+        };
+        let (x, y, z) = (beyond(xs, 0), beyond(ys, 1), beyond(zs, 2));
+        // Within the box, nothing is known.
+        let needed = Real::positive_part(R::get(least, i).value() + w[7]);
+        let is_far = (x * x + y * y + z * z) * w[6] > needed * needed;
+        is_near |= u32::from(!is_far);
+    }
+    is_near == 0
 }
 
 /// Folds or deforms the space of what follows.
@@ -320,18 +359,11 @@ fn change_domain<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, 
             r.points.push(r.point.clone());
             r.point[2] = R::splat(0.0);
         }
-        abi::OP_REVOLVE => {
-            let offset = params[at];
-            map_point::<R>(&mut r.point, r.active, |p| revolve(p, offset));
-        }
-        abi::OP_SHIFT => {
-            let words = &params[at..];
-            map_point::<R>(&mut r.point, r.active, |p| shift(p, words));
-        }
+        abi::OP_REVOLVE => revolve_points::<R>(&mut r.point, r.active, params[at]),
+        abi::OP_SHIFT => shift_points::<R>(&mut r.point, &mut r.share, r.active, &params[at..]),
         _ => {
             r.points.push(r.point.clone());
-            let words = &params[at..];
-            map_point::<R>(&mut r.point, r.active, |p| wrap(p, words));
+            wrap_points::<R>(&mut r.point, &mut r.share, r.active, &params[at..]);
         }
     }
 }
@@ -360,14 +392,18 @@ fn warp<R: Real>(
     turn: impl Fn([R; 3], f32) -> [R; 3],
 ) {
     r.points.push(r.point.clone());
-    map_point::<R>(&mut r.point, r.active, |p| {
+    let [xs, ys, zs] = &mut r.point;
+    for i in lanes_of(r.active) {
         let held = [
-            p[0].clamp_to(w[0], w[3]),
-            p[1].clamp_to(w[1], w[4]),
-            p[2].clamp_to(w[2], w[5]),
+            R::get(xs, i).clamp_to(w[0], w[3]),
+            R::get(ys, i).clamp_to(w[1], w[4]),
+            R::get(zs, i).clamp_to(w[2], w[5]),
         ];
-        turn(held, w[6])
-    });
+        let [x, y, z] = turn(held, w[6]);
+        R::set(xs, i, x);
+        R::set(ys, i, y);
+        R::set(zs, i, z);
+    }
 }
 
 // Loops over points are functions here and not closures, because a closure that is not inlined loses the caller's
@@ -469,9 +505,9 @@ fn candidates(params: &[f32], op: u32, at: usize) -> u32 {
 fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: usize, j: u32) {
     let active = r.active;
     let Some(saved) = r.points.last() else { return };
-    let [xs, ys, zs] = saved;
-    let [px, py, pz] = &mut r.point;
     if op == abi::OP_REPEAT {
+        let [xs, ys, zs] = saved;
+        let [px, py, pz] = &mut r.point;
         let w: &[f32; REPEAT_WORDS] = words(params, at);
         let (nx, ny) = (w[12] as u32, w[13] as u32);
         let (jx, jy, jz) = (
@@ -486,11 +522,6 @@ fn candidate<R: Real>(r: &mut InterpreterState<R>, params: &[f32], op: u32, at: 
         }
     } else {
         let w: &[f32; RADIAL_WORDS] = words(params, at);
-        for i in lanes_of(active) {
-            let (x, z) = radial(R::get(xs, i), R::get(zs, i), j as f32, w);
-            R::set(px, i, x);
-            R::set(pz, i, z);
-        }
-        *py = ys.clone();
+        radial_points::<R>(saved, &mut r.point, j as f32, w, active);
     }
 }

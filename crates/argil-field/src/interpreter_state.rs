@@ -27,7 +27,7 @@ pub(crate) struct InterpreterState<R: Real> {
     pub acc: R::Lanes,
     /// The accumulator before a brush, while that is measured by itself.
     pub aside: R::Lanes,
-    /// The share of the next morph with a ramp.
+    /// The share of the next morph with a ramp, or room for other shares.
     pub share: R::Lanes,
     /// The accumulated materials.
     pub material: Box<MaterialLanes>,

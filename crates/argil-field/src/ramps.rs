@@ -1,7 +1,7 @@
 //! Curves and ramps, and what follows them: shifts, wraps, sections. `ramps.wgsl` is the twin.
 
 use crate::domain_ops::rough_atan2;
-use crate::scalar::{Real, sin_cos};
+use crate::scalar::{LANES, Real, sin_cos};
 use argil_abi::WRAP_TRUSTED;
 use std::f32::consts::TAU;
 
@@ -14,60 +14,129 @@ pub(crate) const WRAP_WORDS: usize = 5;
 /// Words of an extrusion: half of its length, and the scale to the scene's unit.
 pub(crate) const EXTRUDE_WORDS: usize = 2;
 
-/// Evaluates a curve: the number of its pieces, then four coefficients for each.
+/// Replaces places from 0 to 1 by the values of a curve there: the number of its pieces, then four coefficients for each.
 #[inline(always)]
-pub(crate) fn curve<R: Real>(t: R, words: &[f32]) -> R {
+fn follow_curve<R: Real>(places: &mut R::Lanes, active: usize, words: &[f32]) {
     let pieces = words[0];
-    let along = t.clamp_to(0.0, 1.0) * pieces;
-    let nth = Real::clamp_to(along.value().floor(), 0.0, pieces - 1.0);
-    let u = along - nth;
-    let own = &words[1 + 4 * nth as usize..][..4];
-    u * (u * (u * own[3] + own[2]) + own[1]) + own[0]
-}
-
-/// Returns the value of a ramp at a point.
-#[inline(always)]
-pub(crate) fn ramp<R: Real>([x, y, z]: [R; 3], words: &[f32]) -> R {
-    let place = if words[0] == 0.0 {
-        x * words[1] + y * words[2] + z * words[3] + words[4]
+    let piece_of = |along: R| Real::clamp_to(along.value().floor(), 0.0, pieces - 1.0);
+    for i in 0..active.min(LANES) {
+        let along = R::get(places, i).clamp_to(0.0, 1.0) * pieces;
+        R::set(places, i, along);
+    }
+    let value = |u: R, own: &[f32; 4]| u * (u * (u * own[3] + own[2]) + own[1]) + own[0];
+    let (table, _) = words[1..].as_chunks::<4>();
+    let first = piece_of(R::get(places, 0));
+    let mut others = 0u32;
+    for i in 0..active.min(LANES) {
+        others |= u32::from(piece_of(R::get(places, i)) != first);
+    }
+    let coefficients = |piece: f32| table.get(piece as usize).copied().unwrap_or_default();
+    if others == 0 {
+        let own = coefficients(first);
+        for i in 0..active.min(LANES) {
+            let u = R::get(places, i) - first;
+            R::set(places, i, value(u, &own));
+        }
     } else {
-        (x * x + z * z).sqrt() * words[1] + words[2]
-    };
-    curve(place, &words[RAMP_WORDS..])
+        for i in 0..active.min(LANES) {
+            let along = R::get(places, i);
+            let piece = piece_of(along);
+            R::set(places, i, value(along - piece, &coefficients(piece)));
+        }
+    }
 }
 
-/// Moves a point back by a share of a vector.
+/// Computes the values of a ramp at points.
 #[inline(always)]
-pub(crate) fn shift<R: Real>(p: [R; 3], words: &[f32]) -> [R; 3] {
-    let share = ramp(p, &words[3..]);
-    [
-        p[0] - share * words[0],
-        p[1] - share * words[1],
-        p[2] - share * words[2],
-    ]
+pub(crate) fn ramp_values<R: Real>(
+    [xs, ys, zs]: &[R::Lanes; 3],
+    out: &mut R::Lanes,
+    active: usize,
+    words: &[f32],
+) {
+    let &[kind, a, b, c, d] = head(words);
+    if kind == 0.0 {
+        for i in 0..active.min(LANES) {
+            let place = R::get(xs, i) * a + R::get(ys, i) * b + R::get(zs, i) * c + d;
+            R::set(out, i, place);
+        }
+    } else {
+        for i in 0..active.min(LANES) {
+            let (x, z) = (R::get(xs, i), R::get(zs, i));
+            R::set(out, i, (x * x + z * z).sqrt() * a + b);
+        }
+    }
+    follow_curve::<R>(out, active, &words[RAMP_WORDS..]);
 }
 
-/// Turns a point about the y axis into the plane z = 0.
+/// Returns the first words of a list.
 #[inline(always)]
-pub(crate) fn revolve<R: Real>([x, y, z]: [R; 3], offset: f32) -> [R; 3] {
-    [(x * x + z * z).sqrt() - offset, y, R::constant(0.0)]
+fn head<const N: usize>(words: &[f32]) -> &[f32; N] {
+    words.first_chunk().unwrap_or(&[0.0; N])
+}
+
+// These are loops and not closures for `map_point`, because a closure that is not inlined loses the caller's vector
+// instructions.
+
+/// Moves points back by a share of a vector.
+#[inline(always)]
+pub(crate) fn shift_points<R: Real>(
+    point: &mut [R::Lanes; 3],
+    shares: &mut R::Lanes,
+    active: usize,
+    words: &[f32],
+) {
+    ramp_values::<R>(point, shares, active, &words[3..]);
+    let by: &[f32; 3] = head(words);
+    for (lanes, &by) in point.iter_mut().zip(by) {
+        for i in 0..active.min(LANES) {
+            let moved = R::get(lanes, i) - R::get(shares, i) * by;
+            R::set(lanes, i, moved);
+        }
+    }
+}
+
+/// Turns points about the y axis into the plane z = 0.
+#[inline(always)]
+pub(crate) fn revolve_points<R: Real>([xs, _, zs]: &mut [R::Lanes; 3], active: usize, offset: f32) {
+    for i in 0..active.min(LANES) {
+        let (x, z) = (R::get(xs, i), R::get(zs, i));
+        R::set(xs, i, (x * x + z * z).sqrt() - offset);
+        R::set(zs, i, R::constant(0.0));
+    }
 }
 
 /// Unrolls the space around the y axis. The rough angle becomes exact by one step of Newton's method, with its
 /// derivative.
 #[inline(always)]
-pub(crate) fn wrap<R: Real>([x, y, z]: [R; 3], words: &[f32]) -> [R; 3] {
-    let rough = rough_atan2(-z.value(), x.value());
-    let (s, c) = sin_cos(rough);
-    let (across, along) = (-(z * c) - x * s, x * c - z * s);
-    let turn = if along.value() > 0.0 {
-        across / along
-    } else {
-        R::constant(0.0)
-    };
-    let place = curve((turn + rough) * (1.0 / TAU) + 0.5, &words[WRAP_WORDS..]);
-    let r = (x * x + z * z).sqrt().max(R::constant(words[3]));
-    [place * words[1] + words[0], y, r - words[2]]
+pub(crate) fn wrap_points<R: Real>(
+    [xs, _, zs]: &mut [R::Lanes; 3],
+    places: &mut R::Lanes,
+    active: usize,
+    words: &[f32],
+) {
+    let &[from, length, radius, core, _] = head(words);
+    for i in 0..active.min(LANES) {
+        let (x, z) = (R::get(xs, i), R::get(zs, i));
+        let rough = rough_atan2(-z.value(), x.value());
+        let (s, c) = sin_cos(rough);
+        let (across, along) = (-(z * c) - x * s, x * c - z * s);
+        let turn = if along.value() > 0.0 {
+            across / along
+        } else {
+            R::constant(0.0)
+        };
+        R::set(places, i, (turn + rough) * (1.0 / TAU) + 0.5);
+        R::set(
+            zs,
+            i,
+            (x * x + z * z).sqrt().max(R::constant(core)) - radius,
+        );
+    }
+    follow_curve::<R>(places, active, &words[WRAP_WORDS..]);
+    for i in 0..active.min(LANES) {
+        R::set(xs, i, R::get(places, i) * length + from);
+    }
 }
 
 /// Cuts off the core around the axis, in which the distance comes from its border.

@@ -7,7 +7,7 @@ use crate::eval_brush::mapped;
 use crate::interpreter_state::{InterpreterState, words};
 use crate::noise;
 use crate::places::{placed, wrapped};
-use crate::ramps::ramp;
+use crate::ramps::ramp_values;
 use crate::scalar::{LANES, Real};
 use argil_abi as abi;
 
@@ -44,11 +44,9 @@ pub(crate) fn set_share<R: Real>(r: &mut InterpreterState<R>, params: &[f32], at
         None => *words(params, at),
     };
     let own = &params[at + m.len()..];
-    let [xs, ys, zs] = &r.point;
-    for i in 0..r.active.min(LANES) {
-        let p = mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m);
-        R::set(&mut r.share, i, ramp(p, own));
-    }
+    let mut moved = r.point.clone();
+    map_point::<R>(&mut moved, r.active, |p| mapped(p, &m));
+    ramp_values::<R>(&moved, &mut r.share, r.active, own);
 }
 
 /// Returns the words of a repetition, if the next instruction is one.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 const OUT: f32 = 0.05;
 
 /// Moves the vertices of a mesh along their edges to where the exact field is 0, and gives them its gradients as
-/// normals.
+/// normals, if they are wanted.
 ///
 /// One evaluation of the distance, between the stored samples, gives one step of false position, so no vertex
 /// leaves its edge. One evaluation of the gradient follows, next to the surface.
@@ -25,6 +25,7 @@ pub fn project_to_field(
     program: &Program,
     cell_programs: &CellPrograms,
     surface: &mut MarchedMesh,
+    with_normals: bool,
 ) {
     let MarchedMesh {
         mesh,
@@ -58,12 +59,15 @@ pub fn project_to_field(
                     *beside = *position;
                     beside[axis] += voxel * step_out(span, by);
                 }
+                at += n;
+                if !with_normals {
+                    continue;
+                }
                 look(evaluator, list, normals, room);
                 let [_, _, _, _, gx, gy, gz] = &**room;
                 for i in 0..n {
                     normals[i] = Vec3::new(gx[i], gy[i], gz[i]).normalize_or_zero();
                 }
-                at += n;
             }
         },
     );

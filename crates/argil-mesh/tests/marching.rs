@@ -135,7 +135,7 @@ fn edges_and_corners_come_out_sharp() {
     let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let (mut marched, rings) = bricks::march_with_loops(&bricks);
-    project_to_field::project_to_field(&program, &lists, &mut marched);
+    project_to_field::project_to_field(&program, &lists, &mut marched, true);
     let dual = dual_contouring::contour(&voxel_grid, &marched, &rings);
 
     let (soft, sharp) = (MeshReport::of(&marched.mesh), MeshReport::of(&dual));
@@ -194,7 +194,7 @@ fn dual_meshes_of_noise_close() {
     let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let (mut marched, rings) = bricks::march_with_loops(&bricks);
-    project_to_field::project_to_field(&program, &lists, &mut marched);
+    project_to_field::project_to_field(&program, &lists, &mut marched, true);
     let report = MeshReport::of(&dual_contouring::contour(&voxel_grid, &marched, &rings));
     let soft = MeshReport::of(&marched.mesh);
     assert!(
@@ -283,7 +283,7 @@ fn normals_at_creases_are_turned_outwards() {
     let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (bricks, lists, _) = Bricks::bake_with_programs(&program, layout, None).expect("bricks");
     let mut marched = bricks::march(&bricks);
-    project_to_field::project_to_field(&program, &lists, &mut marched);
+    project_to_field::project_to_field(&program, &lists, &mut marched, true);
     let against = |marched: &bricks::MarchedMesh| {
         let of = |group: &bricks::BrickVertexRange| {
             let ends = group.ends;
@@ -328,7 +328,7 @@ fn dual_meshes_have_no_flat_triangles() {
             let (bricks, lists, _) =
                 Bricks::bake_with_programs(&program, layout, None).expect("bricks");
             let (mut marched, rings) = bricks::march_with_loops(&bricks);
-            project_to_field::project_to_field(&program, &lists, &mut marched);
+            project_to_field::project_to_field(&program, &lists, &mut marched, true);
             let report = MeshReport::of(&dual_contouring::contour(&voxel_grid, &marched, &rings));
             assert!(report.is_watertight(), "{resolution}: {report:?}");
             assert_eq!(

@@ -29,18 +29,20 @@ pub enum MeshMethod {
 
 /// A mesh of a field, with the bricks that it was extracted from.
 pub(crate) struct FieldMesh {
-    /// The mesh. Marching cubes gives it the field's normals.
+    /// The mesh. Marching cubes gives it the field's normals, if they are wanted.
     pub mesh: Mesh,
     pub bricks: Bricks,
     pub lists: CellPrograms,
 }
 
-/// Bakes bricks, extracts triangles, and moves their vertices to where the exact distance is 0.
+/// Bakes bricks, extracts triangles, and moves their vertices to where the exact distance is 0. Dual contouring needs
+/// normals in any case.
 pub(crate) fn field_mesh(
     engine: &Engine,
     program: &Program,
     voxel_grid: VoxelGrid,
     method: MeshMethod,
+    with_normals: bool,
     stages: &mut Stages,
 ) -> Result<FieldMesh, BuildError> {
     let layout = layout_of(voxel_grid)?;
@@ -57,13 +59,16 @@ pub(crate) fn field_mesh(
         (marching::bricks::march(&bricks), CellLoops::default())
     };
     stages.done("march")?;
-    project_to_field::project_to_field(program, &lists, &mut marched);
+    let with_normals = with_normals || is_dual;
+    project_to_field::project_to_field(program, &lists, &mut marched, with_normals);
     stages.done("refine")?;
     if is_dual {
         marched.mesh = dual_contouring::contour(&voxel_grid, &marched, &rings);
         stages.done("contour")?;
-    } else {
+    } else if with_normals {
         project_to_field::orient_normals(&mut marched);
+    } else {
+        marched.mesh.normals = Vec::new();
     }
     let mesh = marched.mesh;
     Ok(FieldMesh {

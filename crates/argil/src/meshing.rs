@@ -307,6 +307,7 @@ impl World {
             self.program(),
             voxel_grid,
             options.method,
+            options.normals == MeshNormals::Field,
             stages,
         )?;
         let mut mesh = own.mesh;

@@ -62,7 +62,13 @@ impl Lowering<'_> {
                 let looked_at = [WRAPPED_COPIES, 1, 1];
                 let (words, copies) =
                     repeat_words([length.abs(), 0.0, 0.0], Some(looked_at), looked_at);
-                self.open_loop(node, abi::OP_REPEAT, &words, copies, frame, closing)?;
+                self.open_loop(
+                    node,
+                    (abi::OP_REPEAT, &words, copies),
+                    content,
+                    frame,
+                    closing,
+                )?;
             }
             _ => {}
         }

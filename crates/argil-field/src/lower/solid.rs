@@ -4,6 +4,8 @@ use super::error::{LowerError, MAX_COPIES, MAX_COPIES_PER_LOOP};
 use super::frame::{Frame, joint, map};
 use super::lowering::{Lowering, LoweringTask};
 use super::params::{affine_words, is_loop, keep, repeat_words, scale_of};
+use crate::WORLD_LIMIT;
+use crate::domain_ops::COPY_WORDS;
 use crate::params::pack;
 use argil_abi::{self as abi, Instruction};
 use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, evaluated_copies};
@@ -17,6 +19,35 @@ fn offset_of(modifier: &Modifier) -> Option<(u32, f32)> {
         Modifier::Shell { half_thickness } => Some((abi::OP_SHELL, half_thickness)),
         _ => None,
     }
+}
+
+/// Returns the box of a loop's content, the square of the factor from distances to it to those of the content, and what
+/// rounding can add to these.
+fn bound_words(content: &Extent, scale: f64) -> [f32; COPY_WORDS] {
+    let factor = 0.999_99 * scale / f64::from(content.lipschitz_inverse);
+    let ends = content
+        .aabb
+        .min
+        .abs()
+        .max(content.aabb.max.abs())
+        .to_array();
+    let size = ends
+        .into_iter()
+        .filter(|end| end.is_finite())
+        .fold(0.0, f32::max);
+    let held = |end: f32| end.clamp(-WORLD_LIMIT, WORLD_LIMIT);
+    let [low, high] = [content.aabb.min, content.aabb.max].map(|end| end.to_array().map(held));
+    let rounding = 1e-5 * f64::from(size) * scale;
+    [
+        low[0],
+        low[1],
+        low[2],
+        high[0],
+        high[1],
+        high[2],
+        (factor * factor) as f32,
+        rounding as f32,
+    ]
 }
 
 impl Lowering<'_> {
@@ -158,13 +189,25 @@ impl Lowering<'_> {
             Modifier::Repeat { spacing, count } => {
                 let looked_at = evaluated_copies(modifier, content);
                 let (words, copies) = repeat_words(spacing, count, looked_at);
-                self.open_loop(node, abi::OP_REPEAT, &words, copies, frame, closing)?;
+                self.open_loop(
+                    node,
+                    (abi::OP_REPEAT, &words, copies),
+                    content,
+                    frame,
+                    closing,
+                )?;
             }
             Modifier::RadialRepeat { count } => {
                 let copies = evaluated_copies(modifier, content)[0];
                 let words = [count as f32, TAU / count as f32, copies as f32];
                 let copies = u64::from(copies);
-                self.open_loop(node, abi::OP_RADIAL, &words, copies, frame, closing)?;
+                self.open_loop(
+                    node,
+                    (abi::OP_RADIAL, &words, copies),
+                    content,
+                    frame,
+                    closing,
+                )?;
             }
             Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit } => {
                 self.open_warp(node, modifier, degrees_per_unit, content, frame, closing)?;
@@ -236,9 +279,8 @@ impl Lowering<'_> {
     pub(super) fn open_loop(
         &mut self,
         node: NodeId,
-        op: u32,
-        words: &[f32],
-        copies: u64,
+        (op, words, copies): (u32, &[f32], u64),
+        content: &Extent,
         frame: &mut Frame,
         closing: &mut Vec<LoweringTask>,
     ) -> Result<(), LowerError> {
@@ -258,7 +300,8 @@ impl Lowering<'_> {
                 },
             });
         }
-        let words = [words, &[frame.jump.unwrap_or(0.0)]].concat();
+        let jump = [frame.jump.unwrap_or(0.0)];
+        let words = [words, &jump, &bound_words(content, frame.scale)].concat();
         let instr = self.with(op, &words);
         closing.push(LoweringTask::Next {
             begin: self.program.instructions.len(),

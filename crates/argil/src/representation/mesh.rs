@@ -72,7 +72,14 @@ impl RepresentationOptions for MeshRenderOptions {
             return Ok((Storage::Mesh(MeshStorage { mesh, voxel_grid }), times));
         }
         let mut stages = Stages::of(engine);
-        let made = field_mesh(engine, program, voxel_grid, self.method, &mut stages)?;
+        let made = field_mesh(
+            engine,
+            program,
+            voxel_grid,
+            self.method,
+            !self.flat,
+            &mut stages,
+        )?;
         let mut mesh = made.mesh;
         if self.flat {
             mesh = mesh.unindexed(true);
