@@ -45,7 +45,7 @@ impl Node {
         if let Some(solid) = self.solid.get() {
             return Ok(solid.clone());
         }
-        let built = work::run(py, None, |_| {
+        let built = work::run_short(py, || {
             let scene = self.tree.to_scene().map_err(ToPython::to_python)?;
             Solid::new(scene).map_err(ToPython::to_python)
         })??;
@@ -194,12 +194,14 @@ impl Node {
 
     fn bounds(&self, py: Python<'_>) -> PyResult<Option<Box3>> {
         let solid = self.solid(py)?;
-        Ok((!solid.aabb.is_empty()).then(|| box_to_python(solid.aabb)))
+        let own = work::run(py, None, |_| solid.aabb())?;
+        Ok((!own.is_empty()).then(|| box_to_python(own)))
     }
 
     /// Returns the finite box to sample, or raises ValueError.
     fn finite_bounds(&self, py: Python<'_>) -> PyResult<Box3> {
-        Ok(box_to_python(self.solid(py)?.finite_box(None)?))
+        let solid = self.solid(py)?;
+        work::run(py, None, |_| solid.finite_box(None))?.map(box_to_python)
     }
 
     #[pyo3(signature = (array, progress=None))]
@@ -292,7 +294,6 @@ impl Node {
     ) -> PyResult<Mesh> {
         let solid = self.solid(py)?;
         let bounds = bounds.map(box_from_python);
-        let within = solid.finite_box(bounds)?;
         let margin = 2.5 * voxel_size;
         let options = MeshOptions {
             method: match method {
@@ -312,6 +313,7 @@ impl Node {
             ..MeshOptions::default()
         };
         let output = work::run(py, progress.as_ref(), |control| {
+            let within = solid.finite_box(bounds)?;
             let within = if bounds.is_some() { within } else { within.grown(margin) };
             let world = solid.world_within(Some(within), control).map_err(ToPython::to_python)?;
             world.mesh(&options).map_err(ToPython::to_python)
@@ -371,10 +373,10 @@ impl Node {
         let solid = self.solid(py)?;
         let options: PictureOptions = parsed(options)?;
         let seen = options.seen();
-        if seen.is_none() {
-            solid.finite_box(None)?;
-        }
         let image = work::run(py, progress.as_ref(), |control| {
+            if seen.is_none() {
+                solid.finite_box(None)?;
+            }
             let world = solid.world_within(seen, control).map_err(ToPython::to_python)?;
             let (camera, settings) = options.settings(&world, [width, height])?;
             world.render(&camera, &settings).map_err(ToPython::to_python)
@@ -402,9 +404,9 @@ impl Node {
     ) -> PyResult<()> {
         let solid = self.solid(py)?;
         let within = bounds.map(box_from_python);
-        let held = solid.finite_box(within)?;
         let is_own = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("argil"));
         work::run(py, progress.as_ref(), |control| {
+            let held = solid.finite_box(within)?;
             let engine = Engine::cpu().with_control(control);
             if is_own {
                 let mut scene = solid.scene.snapshot();

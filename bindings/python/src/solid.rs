@@ -7,11 +7,12 @@ use argil::scene::Scene;
 use argil::{BuildError, Engine, World};
 use pyo3::PyErr;
 use std::collections::BinaryHeap;
+use std::sync::OnceLock;
 
 /// Half of the box in which infinite solids are searched for an end.
 const SEARCHED: f32 = 1e4;
 /// Boxes that each side of a solid's box may take.
-const MAX_LOOKS: usize = 20_000;
+const MAX_LOOKS: usize = 8_000;
 /// Programs of more brushes keep the box that their nodes tell, because each look would evaluate all of them.
 const MANY_BRUSHES: usize = 2_000;
 /// The precision of a solid's box, as a share of its longest side.
@@ -22,25 +23,26 @@ const PRECISION: f32 = 1.0 / 2048.0;
 pub struct Solid {
     pub scene: Scene,
     pub world: World,
-    /// A box around the surface. Sides without an end are infinite.
-    pub aabb: Aabb,
+    aabb: OnceLock<Aabb>,
 }
 
 impl Solid {
-    /// Builds the field of a scene. Its view's bounds become the box of the surface, unless it has its own.
+    /// Builds the field of a scene.
     ///
     /// # Errors
     /// If the scene cannot be lowered.
-    pub fn new(mut scene: Scene) -> Result<Self, BuildError> {
-        let engine = Engine::cpu();
-        let mut world = engine.build(&scene)?.field();
-        let aabb = surface_box(&world);
-        if scene.view.bounds.is_none() && aabb.is_finite() {
-            let bounds = padded(aabb);
-            scene.view.bounds = Some([bounds.min.to_array(), bounds.max.to_array()]);
-            world = engine.build(&scene)?.field();
-        }
-        Ok(Self { scene, world, aabb })
+    pub fn new(scene: Scene) -> Result<Self, BuildError> {
+        let world = Engine::cpu().build(&scene)?.field();
+        Ok(Self {
+            scene,
+            world,
+            aabb: OnceLock::new(),
+        })
+    }
+
+    /// Returns a box around the solid. Sides without an end are infinite.
+    pub fn aabb(&self) -> Aabb {
+        *self.aabb.get_or_init(|| surface_box(&self.world))
     }
 
     /// Builds the field again for long work, in a box of its own.
@@ -49,7 +51,8 @@ impl Solid {
     /// If the scene cannot be lowered.
     pub fn world_within(&self, bounds: Option<Aabb>, control: &Control) -> Result<World, BuildError> {
         let mut scene = self.scene.snapshot();
-        if let Some(bounds) = bounds {
+        let own = scene.view.bounds.is_none().then(|| padded(self.aabb())).filter(|own| own.is_finite());
+        if let Some(bounds) = bounds.or(own) {
             scene.view.bounds = Some([bounds.min.to_array(), bounds.max.to_array()]);
         }
         let engine = Engine::cpu().with_control(control);
@@ -64,13 +67,14 @@ impl Solid {
         if let Some(given) = given {
             return Ok(given);
         }
-        if self.aabb.is_empty() {
+        let own = self.aabb();
+        if own.is_empty() {
             return Err("the solid is empty: nothing is inside".to_owned().to_python());
         }
-        if self.aabb.is_finite() {
-            return Ok(self.aabb);
+        if own.is_finite() {
+            return Ok(own);
         }
-        let endless = |axis: usize| !(self.aabb.min[axis].is_finite() && self.aabb.max[axis].is_finite());
+        let endless = |axis: usize| !(own.min[axis].is_finite() && own.max[axis].is_finite());
         // The axes of Python.
         let names = [(0, "x"), (2, "y"), (1, "z")];
         let open: Vec<&str> = names.iter().filter(|(axis, _)| endless(*axis)).map(|(_, name)| *name).collect();
@@ -118,15 +122,35 @@ fn surface_box(world: &World) -> Aabb {
             }
         }
     }
-    for axis in 0..3 {
-        if told.max[axis] == f32::INFINITY && found.max[axis] >= 0.99 * SEARCHED {
-            tight.max[axis] = f32::INFINITY;
+    let ends = |axis: usize, side: f32| {
+        let (told, found) = if side > 0.0 {
+            (told.max[axis], found.max[axis])
+        } else {
+            (-told.min[axis], -found.min[axis])
+        };
+        if told < f32::INFINITY {
+            return true;
         }
-        if told.min[axis] == f32::NEG_INFINITY && found.min[axis] <= -0.99 * SEARCHED {
-            tight.min[axis] = f32::NEG_INFINITY;
+        // Where there is no surface on the way, all is inside, as it is in a half space, or nothing.
+        let mut far = found_center(tight);
+        far[axis] = 0.95 * side * SEARCHED;
+        found < 0.99 * SEARCHED && world.distance(far.to_array()) >= 0.0
+    };
+    let mut whole = tight;
+    for axis in 0..3 {
+        if !ends(axis, 1.0) {
+            whole.max[axis] = f32::INFINITY;
+        }
+        if !ends(axis, -1.0) {
+            whole.min[axis] = f32::NEG_INFINITY;
         }
     }
-    tight
+    whole
+}
+
+/// Returns the middle of a box, or nearly that, so that it lies on no plane of symmetry.
+fn found_center(aabb: Aabb) -> Vec3 {
+    aabb.min + (aabb.max - aabb.min) * Vec3::new(0.499, 0.497, 0.503)
 }
 
 fn may_hold_surface(world: &World, part: Aabb) -> bool {

@@ -67,7 +67,9 @@ def _estimated_bounds(function: Callable[[Any], Any], axes: int) -> Box:
         step = np.array([p[1] - p[0] for p in places])
         points = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, axes)
         values = _values(function, points).reshape([count] * axes)
-        near = np.argwhere(np.abs(values) <= np.linalg.norm(step) / 2)
+        slopes = [np.abs(np.diff(values, axis=axis)).max() / step[axis] for axis in range(axes)]
+        steepest = max(1.0, float(np.nanmax(slopes)) if np.isfinite(slopes).any() else 1.0)
+        near = np.argwhere(np.abs(values) <= 1.1 * steepest * np.linalg.norm(step) / 2)
         if not len(near):
             break
         first, last = near.min(axis=0), near.max(axis=0)

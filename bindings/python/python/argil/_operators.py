@@ -96,7 +96,7 @@ class Solid:
         a quarter of that. The formula is Inigo Quilez's quadratic polynomial smooth minimum. None or 0 makes a hard joint.
         """
         copy = self._of(self._node)
-        copy._blend = None if k is None else length("k", k)
+        copy._blend = None if k is None else _radius(k)
         return copy
 
     def _combined(
@@ -107,8 +107,7 @@ class Solid:
             if type(other) is not type(self) and not isinstance(other, type(self)) and not isinstance(self, type(other)):
                 raise TypeError(f"cannot combine {type(self).__name__} with {type(other).__name__}")
             # 0 means none, as in fogleman/sdf.
-            blend = k or other._blend or 0.0
-            node = node.joined(other._node, kind, length("k", blend), profile, 0.0, None)
+            node = node.joined(other._node, kind, _radius(k or other._blend or 0.0), profile, 0.0, None)
         return self._of(node)
 
     def union(self, *others: Self, k: float | None = None, chamfer: float | None = None) -> Self:
@@ -180,6 +179,13 @@ class Solid:
     def named(self, name: str) -> Self:
         """Names this part, for scene files and the editor."""
         return self._of(self._node.named(str(name)))
+
+
+def _radius(k: Any) -> float:
+    radius = length("k", k)
+    if radius < 0:
+        raise ValueError(f"k: {radius} is negative")
+    return radius
 
 
 def ramp_along(p0: Sequence[float], p1: Sequence[float], e: Ease) -> dict[str, Any]:

@@ -117,8 +117,8 @@ class SDF2(Solid):
         return self._of(modified(self._node, "stretch", by=[x, y, max(x, y)]))
 
     def rotate(self, angle: float) -> SDF2:
-        """Rotates about the origin by an angle in radians, counterclockwise."""
-        return self._of(turned(self._node, _Z, math.degrees(number("angle", angle))))
+        """Rotates about the origin by an angle in radians, clockwise, as fogleman/sdf does."""
+        return self._of(turned(self._node, _Z, -math.degrees(number("angle", angle))))
 
     def circular_array(self, count: int) -> SDF2:
         """Repeats around the origin at equal angles."""

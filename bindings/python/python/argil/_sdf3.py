@@ -108,7 +108,7 @@ class SDF3(Solid):
     def bounds(self) -> Box:
         """The box of the solid: its lowest and its highest corner. Sides without an end are infinite.
 
-        It is at most 1/2048 of its longest side larger than the surface, where distances are exact.
+        It holds all of the solid, and may be a few hundredths of its longest side larger.
         """
         found = self._node.bounds()
         if found is None:
@@ -293,20 +293,33 @@ class SDF3(Solid):
         return self._of(turned(self._node, to_scene(axis), math.degrees(number("angle", angle))))
 
     def rotate_to(self, a: Vector3, b: Vector3) -> SDF3:
-        """Rotates about both, so that what pointed along `a` points along `b`."""
-        a, b = unit("a", vector3("a", a)), unit("b", vector3("b", b))
+        """Rotates by the angle between two directions, from `b` to `a`, as fogleman/sdf's code does.
+
+        What pointed along `b` points along `a` then. His documentation says the opposite, which `point_along` does.
+        """
+        return self._turned_between(unit("b", vector3("b", b)), unit("a", vector3("a", a)))
+
+    def orient(self, axis: Vector3) -> SDF3:
+        """Rotates the solid so that what pointed along an axis points along z, as fogleman/sdf's code does.
+
+        Solids that look the same from above and from below lie along the axis then. For others, see `point_along`.
+        """
+        return self.rotate_to(_UP, axis)
+
+    def point_along(self, axis: Vector3) -> SDF3:
+        """Rotates the solid so that its z points along an axis."""
+        return self._turned_between(_UP, unit("axis", vector3("axis", axis)))
+
+    def _turned_between(self, a: Sequence[float], b: Sequence[float]) -> SDF3:
         cosine = sum(p * q for p, q in zip(a, b, strict=True))
         axis = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
         sine = math.sqrt(sum(part * part for part in axis))
         if sine < 1e-12:
             if cosine > 0:
                 return self
-            axis = (a[1], -a[0], 0.0) if abs(a[2]) < 0.9 else (0.0, a[2], -a[1])
+            # His axis for half a turn.
+            axis = (0.0, a[2], -a[1]) if a[1] or a[2] else (0.0, 0.0, a[0])
         return self._of(turned(self._node, to_scene(axis), math.degrees(math.atan2(sine, cosine))))
-
-    def orient(self, axis: Vector3) -> SDF3:
-        """Rotates the solid so that its z points along an axis."""
-        return self.rotate_to(_UP, axis)
 
     def circular_array(self, count: int, offset: float = 0.0) -> SDF3:
         """Repeats around z at equal angles, at a distance from it. The first copy lies on the x axis."""
@@ -393,6 +406,8 @@ class SDF3(Solid):
         from .ease import _pieces
 
         first, last = number("x0", x0), number("x1", x1)
+        if first == last:
+            raise ValueError(f"x1: start and end coincide, at {first}")
         radius = abs(last - first) / math.tau if r is None else number("r", r)
         node = modified(
             self._node,
@@ -540,7 +555,7 @@ def _between(node: _native.Node, a: Vector3, b: Vector3) -> SDF3:
     start, end = vector3("a", a), vector3("b", b)
     axis = tuple(q - p for p, q in zip(start, end, strict=True))
     middle = tuple(0.5 * (p + q) for p, q in zip(start, end, strict=True))
-    return SDF3(node).orient(axis).translate(middle)
+    return SDF3(node).point_along(axis).translate(middle)
 
 
 def capped_cylinder(a: Vector3, b: Vector3, radius: float) -> SDF3:

@@ -134,8 +134,9 @@ def in_expo(t: Any) -> Any:
 
 
 def out_expo(t: Any) -> Any:
-    """Mirrored powers of 2. The curve ends at 1 - 2⁻¹⁰."""
-    return 1 - 2.0 ** (-10 * _array(t))
+    """Mirrored powers of 2, with 1 at the end."""
+    t = _array(t)
+    return _where(t == 1, 1.0, 1 - 2.0 ** (-10 * t))
 
 
 def in_out_expo(t: Any) -> Any:
