@@ -313,7 +313,7 @@ impl Node {
             ..MeshOptions::default()
         };
         let output = work::run(py, progress.as_ref(), |control| {
-            let within = solid.finite_box(bounds)?;
+            let within = solid.mesh_box(bounds, voxel_size)?;
             let within = if bounds.is_some() { within } else { within.grown(margin) };
             let world = solid.world_within(Some(within), control).map_err(ToPython::to_python)?;
             world.mesh(&options).map_err(ToPython::to_python)

@@ -15,6 +15,8 @@ const SEARCHED: f32 = 1e4;
 const MAX_LOOKS: usize = 8_000;
 /// Programs of more brushes keep the box that their nodes tell, because each look would evaluate all of them.
 const MANY_BRUSHES: usize = 2_000;
+/// Voxels along a side of a box that need not be tight, because empty space costs little.
+const MANY_VOXELS: f32 = 2_000.0;
 /// The precision of a solid's box, as a share of its longest side.
 const PRECISION: f32 = 1.0 / 2048.0;
 
@@ -57,6 +59,17 @@ impl Solid {
         }
         let engine = Engine::cpu().with_control(control);
         Ok(engine.build(&scene)?.field())
+    }
+
+    /// Returns a box to mesh within: a given one, what the nodes tell if that is not much too large, or that of the
+    /// surface.
+    ///
+    /// # Errors
+    /// ValueError for a solid that is empty or has no end.
+    pub fn mesh_box(&self, given: Option<Aabb>, voxel_size: f32) -> Result<Aabb, PyErr> {
+        let told = self.world.program().aabb();
+        let is_small = told.is_finite() && told.size().max_element() < MANY_VOXELS * voxel_size;
+        self.finite_box(given.or(is_small.then_some(told)))
     }
 
     /// Returns the box to sample: a given one, or that of the surface.

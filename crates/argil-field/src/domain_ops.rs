@@ -15,14 +15,18 @@ pub(crate) const COPY_WORDS: usize = 8;
 pub(crate) const TWIST_WORDS: usize = 8;
 
 /// Returns candidate `j` of `candidates` around a coordinate's own cell: with two, the own cell and the nearest
-/// neighbor; with more, the same number on each side.
+/// neighbor; with more, the same number on each side, nearest first.
 #[inline(always)]
 pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     let side = if beyond < 0.0 { -j } else { j };
-    let offset = if candidates > 2.0 {
-        j - 0.5 * (candidates - 1.0)
-    } else {
+    let away = (0.5 * j + 0.5).floor();
+    let is_after = 2.0 * away > j;
+    let offset = if candidates <= 2.0 {
         side
+    } else if is_after {
+        away
+    } else {
+        -away
     };
     own + offset
 }

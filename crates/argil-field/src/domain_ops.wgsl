@@ -23,7 +23,9 @@ fn elongated(p: vec3<f32>, w: u32) -> vec3<f32> {
 
 fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     let side = select(j, -j, beyond < 0.0);
-    return own + select(side, j - 0.5 * (candidates - 1.0), candidates > 2.0);
+    // Nearest first.
+    let away = floor(0.5 * j + 0.5);
+    return own + select(side, select(-away, away, 2.0 * away > j), candidates > 2.0);
 }
 
 fn repeat_axis(p: f32, j: f32, w: u32) -> f32 {
