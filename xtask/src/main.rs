@@ -1,6 +1,7 @@
 //! `cargo xtask`: a small program, because it is compiled separately. Checks run Rust's tools. Other tasks are a
 //! program that is built with the workspace and shares its compiled crates.
 
+mod python;
 mod test;
 
 use anyhow::bail;
@@ -10,12 +11,14 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   test      check everything that CI checks: format, lints, spelling, licenses, tests, documentation, page; install what that needs where it can
   web       build the editor's page into target/page; with `serve [PORT]`, serve it on this machine; with `test`, drive it in Chromium
+  python    build the Python wheel into target/wheels, and test what it installs, in an environment of its own
   generate  write the files that come from code: the scene schema, the WGSL of shared structs, the README of each crate";
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
         Some("test") => test::run_all(),
+        Some("python") => python::run_all(),
         Some("web" | "generate") => chore(&[], &arguments),
         _ => bail!(USAGE),
     }

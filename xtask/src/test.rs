@@ -65,6 +65,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     compiled(&["test", "--workspace", "--locked", "--doc"])?;
     run("cargo", &documentation())?;
     chore(LINT_WHILE_COMPILING, &["web", "test"])?;
+    crate::python::run_all()?;
     println!("\nAll checks passed.");
     Ok(())
 }

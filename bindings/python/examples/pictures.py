@@ -9,12 +9,12 @@ from typing import Any
 
 CAMERAS: dict[str, dict[str, Any]] = {
     "02_blends": {"camera": (25, 30, 2.6)},
-    "03_ring": {"camera": (30, 20, 2.8)},
+    "03_ring": {"camera": (30, 20, 3.4)},
     "04_profiles": {"camera": (10, 30, 2.9)},
     "05_text": {"camera": (0, 25, 3.0)},
     "06_lattice": {"camera": (35, 30, 2.8)},
     "07_function": {"camera": (20, 35, 2.8)},
-    "08_mesh": {"camera": (60, 15, 2.8)},
+    "08_mesh": {"camera": (-60, 15, 2.8)},
     "10_bricks": {"camera": (20, 40, 2.8)},
 }
 

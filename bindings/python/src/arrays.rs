@@ -63,7 +63,9 @@ pub fn points<'py>(array: &Bound<'py, PyAny>) -> PyResult<Points<'py>> {
         check_shape(own.shape())?;
         Points::F64(own.readonly())
     } else {
-        return Err(PyTypeError::new_err("points: expected an array of float32 or float64"));
+        return Err(PyTypeError::new_err(
+            "points: expected an array of float32 or float64",
+        ));
     };
     points.numbers()?;
     Ok(points)
@@ -72,7 +74,9 @@ pub fn points<'py>(array: &Bound<'py, PyAny>) -> PyResult<Points<'py>> {
 fn check_shape(shape: &[usize]) -> PyResult<()> {
     match shape {
         [_, 3] => Ok(()),
-        _ => Err(PyValueError::new_err(format!("points: expected shape (N, 3), not {shape:?}"))),
+        _ => Err(PyValueError::new_err(format!(
+            "points: expected shape (N, 3), not {shape:?}"
+        ))),
     }
 }
 

@@ -95,7 +95,9 @@ pub fn cast_rays(
     let query = solid.world.query();
     let (origins, directions) = (origins.to_scene(), directions.to_scene());
     control.begin("rays", origins.len() as u64);
-    let tasks = all.par_chunks_mut(7).zip(origins.par_iter().zip(&directions));
+    let tasks = all
+        .par_chunks_mut(7)
+        .zip(origins.par_iter().zip(&directions));
     tasks.for_each(|(out, (&origin, &direction))| {
         if control.is_cancelled() {
             return;

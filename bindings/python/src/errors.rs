@@ -2,7 +2,10 @@
 
 use argil::mesh::MeshReadError;
 use argil::scene::{EditError, FileError, ValidationError};
-use argil::{BuildError, ExportError, MeshError, MeshFileError, RenderError, VolumeFileError, VolumeReadError};
+use argil::{
+    BuildError, ExportError, MeshError, MeshFileError, RenderError, VolumeFileError,
+    VolumeReadError,
+};
 use pyo3::exceptions::{PyMemoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 

@@ -27,7 +27,9 @@ struct PythonFunction<'a> {
 impl PythonFunction<'_> {
     fn call(&self, points: &[Vec3], out: &mut [f32]) -> PyResult<()> {
         Python::attach(|py| {
-            let flat = points.iter().flat_map(|point| python_from_scene(point.to_array()));
+            let flat = points
+                .iter()
+                .flat_map(|point| python_from_scene(point.to_array()));
             let flat: Vec<f64> = flat.map(f64::from).collect();
             let array = PyArray1::from_vec(py, flat).reshape([points.len(), 3])?;
             let result = self.function.bind(py).call1((array,))?;
@@ -88,13 +90,19 @@ pub fn sample_function(
     let solid = box_from_python(bounds);
     let longest = solid.size().max_element();
     if !(solid.is_finite() && solid.size().min_element() > 0.0 && longest <= 1e6) {
-        return Err(PyValueError::new_err(format!("bounds: {bounds:?} is not a box")));
+        return Err(PyValueError::new_err(format!(
+            "bounds: {bounds:?} is not a box"
+        )));
     }
     if !(16..=512).contains(&resolution) {
-        return Err(PyValueError::new_err(format!("resolution: {resolution} is not from 16 to 512")));
+        return Err(PyValueError::new_err(format!(
+            "resolution: {resolution} is not from 16 to 512"
+        )));
     }
     if !(lipschitz > 0.0 && lipschitz.is_finite()) {
-        return Err(PyValueError::new_err(format!("lipschitz: {lipschitz} is not a positive number")));
+        return Err(PyValueError::new_err(format!(
+            "lipschitz: {lipschitz} is not a positive number"
+        )));
     }
     let spacing = longest / resolution as f32;
     let cell = spacing * SAMPLED_SIDE as f32;
@@ -116,7 +124,8 @@ pub fn sample_function(
     if let Some(error) = failure.into_inner().ok().flatten() {
         return Err(error);
     }
-    grid.check().map_err(|error| PyValueError::new_err(format!("the function's {error}")))?;
+    grid.check()
+        .map_err(|error| PyValueError::new_err(format!("the function's {error}")))?;
     if !grid.has_inside() {
         return Err(PyValueError::new_err(format!(
             "the function is nowhere negative within its bounds, as far as {resolution} samples find"

@@ -32,7 +32,9 @@ impl Mesh {
     pub fn new(output: MeshOutput) -> Self {
         let mut triangles = output.mesh;
         let turn = |all: &mut Vec<Vec3>| {
-            all.par_iter_mut().with_min_len(1 << 14).for_each(|v| *v = python_from_scene((*v).into()).into());
+            all.par_iter_mut()
+                .with_min_len(1 << 14)
+                .for_each(|v| *v = python_from_scene((*v).into()).into());
         };
         turn(&mut triangles.positions);
         turn(&mut triangles.normals);
@@ -74,7 +76,8 @@ impl Mesh {
     /// Reads triangles from a file. Files with y up by definition are turned.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let mut triangles = run_short(py, || argil::mesh::read(&path))?.map_err(ToPython::to_python)?;
+        let mut triangles =
+            run_short(py, || argil::mesh::read(&path))?.map_err(ToPython::to_python)?;
         if MeshFormat::from_path(&path) == Some(MeshFormat::Glb) {
             for v in triangles.positions.iter_mut().chain(&mut triangles.normals) {
                 *v = python_from_scene((*v).into()).into();
@@ -85,7 +88,10 @@ impl Mesh {
 
     /// Makes a mesh of arrays, which the front of the package has checked.
     #[staticmethod]
-    fn from_arrays(vertices: PyReadonlyArray2<'_, f32>, triangles: PyReadonlyArray2<'_, u32>) -> PyResult<Self> {
+    fn from_arrays(
+        vertices: PyReadonlyArray2<'_, f32>,
+        triangles: PyReadonlyArray2<'_, u32>,
+    ) -> PyResult<Self> {
         let refused = |error: numpy::AsSliceError| error.to_string().to_python();
         let corners = bytemuck::cast_slice::<f32, [f32; 3]>(vertices.as_slice().map_err(refused)?);
         let indices = bytemuck::cast_slice::<u32, [u32; 3]>(triangles.as_slice().map_err(refused)?);
@@ -136,7 +142,9 @@ impl Mesh {
     #[getter]
     fn colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let colors = self.triangles.materials.iter();
-        let flat: Vec<f32> = colors.flat_map(|own| own.base_roughness[..3].to_vec()).collect();
+        let flat: Vec<f32> = colors
+            .flat_map(|own| own.base_roughness[..3].to_vec())
+            .collect();
         rows(py, &flat, 3)
     }
 
@@ -170,8 +178,11 @@ impl Mesh {
         run_short(py, || {
             let mesh = &self.triangles;
             let origin = mesh.aabb().center().as_dvec3();
-            let sum = |a: (f64, argil::glam::DVec3), b: (f64, argil::glam::DVec3)| (a.0 + b.0, a.1 + b.1);
-            let tetrahedra = (0..mesh.triangles.len()).into_par_iter().with_min_len(1 << 12);
+            let sum =
+                |a: (f64, argil::glam::DVec3), b: (f64, argil::glam::DVec3)| (a.0 + b.0, a.1 + b.1);
+            let tetrahedra = (0..mesh.triangles.len())
+                .into_par_iter()
+                .with_min_len(1 << 12);
             let (volume, moment) = tetrahedra
                 .map(|nth| {
                     let [a, b, c] = mesh.triangle_vertices(nth).map(|v| v.as_dvec3() - origin);
@@ -188,7 +199,8 @@ impl Mesh {
             axes: UpAxis::YUp,
             scale,
         };
-        let format = MeshFormat::from_path(&path).ok_or_else(|| argil::MeshError::UnknownFormat(path.clone()).to_python())?;
+        let format = MeshFormat::from_path(&path)
+            .ok_or_else(|| argil::MeshError::UnknownFormat(path.clone()).to_python())?;
         run_short(py, || {
             if y_up {
                 let mut turned = self.triangles.clone();

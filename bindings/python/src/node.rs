@@ -144,7 +144,10 @@ impl Node {
         let scene = work::run(py, progress.as_ref(), |control| {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::mesh(absolute.to_string_lossy());
-            if let Shape::Mesh { resolution: own, .. } = &mut shape {
+            if let Shape::Mesh {
+                resolution: own, ..
+            } = &mut shape
+            {
                 *own = resolution;
             }
             shape.check().map_err(ToPython::to_python)?;
@@ -156,14 +159,27 @@ impl Node {
             Ok::<_, PyErr>(scene)
         })??;
         let id = scene.node(Scene::ROOT).children()[0];
-        let grid = scene.node(id).desc().kind.file().and_then(|(_, _, grid)| grid.0.clone());
+        let grid = scene
+            .node(id)
+            .desc()
+            .kind
+            .file()
+            .and_then(|(_, _, grid)| grid.0.clone());
         let grid = grid.ok_or_else(|| PyValueError::new_err("the file holds no solid"))?;
-        Ok(Self::new(Tree::Shape(crate::function::named((*grid).clone()))))
+        Ok(Self::new(Tree::Shape(crate::function::named(
+            (*grid).clone(),
+        ))))
     }
 
     /// Reads ground from an image. The half size is along Python's x and y.
     #[staticmethod]
-    fn heightmap(py: Python<'_>, path: PathBuf, half_size: [f32; 2], height: f32, base: f32) -> PyResult<Self> {
+    fn heightmap(
+        py: Python<'_>,
+        path: PathBuf,
+        half_size: [f32; 2],
+        height: f32,
+        base: f32,
+    ) -> PyResult<Self> {
         let scene = work::run(py, None, |control| {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::heightmap(absolute.to_string_lossy(), half_size, height);
@@ -218,7 +234,9 @@ impl Node {
         let found = if numbers.len() < 50_000 && progress.is_none() {
             work::run_short(py, || ask::distances(&solid, numbers, &Control::default()))?
         } else {
-            work::run(py, progress.as_ref(), |control| ask::distances(&solid, numbers, control))?
+            work::run(py, progress.as_ref(), |control| {
+                ask::distances(&solid, numbers, control)
+            })?
         };
         Ok(PyArray1::from_vec(py, found))
     }
@@ -233,7 +251,9 @@ impl Node {
         let solid = self.solid(py)?;
         let points = points(array)?;
         let numbers = points.numbers()?;
-        let found = work::run(py, progress.as_ref(), |control| ask::gradients(&solid, numbers, control))?;
+        let found = work::run(py, progress.as_ref(), |control| {
+            ask::gradients(&solid, numbers, control)
+        })?;
         PyArray1::from_vec(py, found).reshape([numbers.len(), 3])
     }
 
@@ -308,14 +328,24 @@ impl Node {
             voxel_size: Some(voxel_size),
             max_triangles,
             materials: colors,
-            normals: if normals { argil::MeshNormals::Field } else { argil::MeshNormals::None },
+            normals: if normals {
+                argil::MeshNormals::Field
+            } else {
+                argil::MeshNormals::None
+            },
             checks: false,
             ..MeshOptions::default()
         };
         let output = work::run(py, progress.as_ref(), |control| {
             let within = solid.mesh_box(bounds, voxel_size)?;
-            let within = if bounds.is_some() { within } else { within.grown(margin) };
-            let world = solid.world_within(Some(within), control).map_err(ToPython::to_python)?;
+            let within = if bounds.is_some() {
+                within
+            } else {
+                within.grown(margin)
+            };
+            let world = solid
+                .world_within(Some(within), control)
+                .map_err(ToPython::to_python)?;
             world.mesh(&options).map_err(ToPython::to_python)
         })??;
         Ok(Mesh::new(output))
@@ -335,7 +365,9 @@ impl Node {
         let [nx, ny, nz] = counts;
         let total = nx.checked_mul(ny).and_then(|n| n.checked_mul(nz));
         let Some(total) = total.filter(|&total| total <= 1 << 32) else {
-            return Err(PyValueError::new_err(format!("{nx} × {ny} × {nz} samples are too many: at most 2³²")));
+            return Err(PyValueError::new_err(format!(
+                "{nx} × {ny} × {nz} samples are too many: at most 2³²"
+            )));
         };
         // Python's y runs against the scene's z.
         let last_y = first[1] + spacing * (ny.max(1) - 1) as f32;
@@ -351,12 +383,18 @@ impl Node {
                 pyo3::exceptions::PyMemoryError::new_err(format!("{total} samples: {error}"))
             })?;
             values.resize(total, 0.0);
-            solid.world.sample_grid(&grid, &mut values).map_err(|error| error.to_string().to_python())?;
+            solid
+                .world
+                .sample_grid(&grid, &mut values)
+                .map_err(|error| error.to_string().to_python())?;
             Ok::<_, PyErr>(values)
         })??;
         // The scene's array is [z, y, x], which is Python's [-y, z, x].
         let array = PyArray1::from_vec(py, values).reshape([ny, nz, nx])?;
-        let flipped = array.call_method1("__getitem__", (pyo3::types::PySlice::new(py, isize::MAX, isize::MIN, -1),))?;
+        let flipped = array.call_method1(
+            "__getitem__",
+            (pyo3::types::PySlice::new(py, isize::MAX, isize::MIN, -1),),
+        )?;
         flipped.call_method1("transpose", (2, 0, 1))
     }
 
@@ -377,9 +415,13 @@ impl Node {
             if seen.is_none() {
                 solid.finite_box(None)?;
             }
-            let world = solid.world_within(seen, control).map_err(ToPython::to_python)?;
+            let world = solid
+                .world_within(seen, control)
+                .map_err(ToPython::to_python)?;
             let (camera, settings) = options.settings(&world, [width, height])?;
-            world.render(&camera, &settings).map_err(ToPython::to_python)
+            world
+                .render(&camera, &settings)
+                .map_err(ToPython::to_python)
         })??;
         pictures::array(py, image.size, image.rgb)
     }
@@ -404,7 +446,9 @@ impl Node {
     ) -> PyResult<()> {
         let solid = self.solid(py)?;
         let within = bounds.map(box_from_python);
-        let is_own = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("argil"));
+        let is_own = path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("argil"));
         work::run(py, progress.as_ref(), |control| {
             let held = solid.finite_box(within)?;
             let engine = Engine::cpu().with_control(control);
@@ -435,7 +479,10 @@ impl Node {
                 half_width_voxels: half_width,
                 ..ExportOptions::default()
             };
-            world.export(&path, &options).map(|_| ()).map_err(ToPython::to_python)
+            world
+                .export(&path, &options)
+                .map(|_| ())
+                .map_err(ToPython::to_python)
         })?
     }
 
@@ -449,7 +496,8 @@ impl Node {
     fn to_json(&self, py: Python<'_>) -> PyResult<(String, Vec<(String, u32, Vec<u8>)>)> {
         let scene = &self.solid(py)?.scene;
         let grids = scene.loaded_meshes().into_iter();
-        let grids = grids.map(|(path, resolution, grid)| (path.to_owned(), resolution, grid.to_bytes()));
+        let grids =
+            grids.map(|(path, resolution, grid)| (path.to_owned(), resolution, grid.to_bytes()));
         let mut own = scene.snapshot();
         own.view.bounds = None;
         Ok((own.to_json(), grids.collect()))

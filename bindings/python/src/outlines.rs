@@ -57,14 +57,20 @@ impl OutlineBuilder for Contours {
 /// Returns the paths of a text's letters, letter by letter, in the font's units.
 #[pyfunction]
 pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
-    let face = Face::parse(font, 0).map_err(|error| PyValueError::new_err(format!("the font cannot be read: {error}")))?;
+    let face = Face::parse(font, 0)
+        .map_err(|error| PyValueError::new_err(format!("the font cannot be read: {error}")))?;
     let mut letters = Vec::new();
     let mut pen = 0.0;
     for letter in text.chars() {
         let Some(glyph) = face.glyph_index(letter) else {
-            return Err(PyValueError::new_err(format!("text: the font has no glyph for {letter:?}")));
+            return Err(PyValueError::new_err(format!(
+                "text: the font has no glyph for {letter:?}"
+            )));
         };
-        let mut contours = Contours { all: Vec::new(), pen };
+        let mut contours = Contours {
+            all: Vec::new(),
+            pen,
+        };
         // A glyph without a path is a space.
         let _ = face.outline_glyph(glyph, &mut contours);
         pen += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
@@ -76,7 +82,12 @@ pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
 /// Returns the squared distance to the nearest `true` of a row or a column, for distances squared across it.
 ///
 /// The lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
-fn envelope(squares: &mut [f32], places: &mut Vec<usize>, borders: &mut Vec<f32>, out: &mut Vec<f32>) {
+fn envelope(
+    squares: &mut [f32],
+    places: &mut Vec<usize>,
+    borders: &mut Vec<f32>,
+    out: &mut Vec<f32>,
+) {
     places.clear();
     borders.clear();
     for (q, &own) in squares.iter().enumerate() {
@@ -114,9 +125,14 @@ fn envelope(squares: &mut [f32], places: &mut Vec<usize>, borders: &mut Vec<f32>
 /// Returns the distance of each pixel to the nearest one that is set, in pixels.
 fn distance_transform(mask: &[bool], width: usize) -> Vec<f32> {
     let height = mask.len() / width;
-    let mut squares: Vec<f32> = mask.iter().map(|&set| if set { 0.0 } else { f32::INFINITY }).collect();
+    let mut squares: Vec<f32> = mask
+        .iter()
+        .map(|&set| if set { 0.0 } else { f32::INFINITY })
+        .collect();
     let buffers = || (Vec::new(), Vec::new(), Vec::new());
-    squares.par_chunks_mut(width).for_each_init(buffers, |(a, b, c), row| envelope(row, a, b, c));
+    squares
+        .par_chunks_mut(width)
+        .for_each_init(buffers, |(a, b, c), row| envelope(row, a, b, c));
     let columns: Vec<Vec<f32>> = (0..width)
         .into_par_iter()
         .map_init(buffers, |(a, b, c), x| {
@@ -125,15 +141,23 @@ fn distance_transform(mask: &[bool], width: usize) -> Vec<f32> {
             column
         })
         .collect();
-    (0..mask.len()).map(|i| columns[i % width][i / width].sqrt()).collect()
+    (0..mask.len())
+        .map(|i| columns[i % width][i / width].sqrt())
+        .collect()
 }
 
 /// Returns a profile from the pixels that are set, `width` wide around the origin. The first row is at the top.
 #[pyfunction]
-pub fn image_profile(py: Python<'_>, mask: PyReadonlyArray2<'_, bool>, width: f32) -> PyResult<Node> {
+pub fn image_profile(
+    py: Python<'_>,
+    mask: PyReadonlyArray2<'_, bool>,
+    width: f32,
+) -> PyResult<Node> {
     let shape = mask.shape();
     let (rows, columns) = (shape[0], shape[1]);
-    let pixels = mask.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let pixels = mask
+        .as_slice()
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
     if rows < 2 || columns < 2 || !pixels.contains(&true) || !pixels.contains(&false) {
         return Err(PyValueError::new_err(format!(
             "image: {columns} × {rows} pixels of one color have no shape"
@@ -141,9 +165,18 @@ pub fn image_profile(py: Python<'_>, mask: PyReadonlyArray2<'_, bool>, width: f3
     }
     let grid = work::run(py, None, |_| {
         let inverse: Vec<bool> = pixels.iter().map(|set| !set).collect();
-        let (outside, inside) = (distance_transform(pixels, columns), distance_transform(&inverse, columns));
+        let (outside, inside) = (
+            distance_transform(pixels, columns),
+            distance_transform(&inverse, columns),
+        );
         // The border lies between pixels.
-        let signed = |i: usize| if pixels[i] { 0.5 - inside[i] } else { outside[i] - 0.5 };
+        let signed = |i: usize| {
+            if pixels[i] {
+                0.5 - inside[i]
+            } else {
+                outside[i] - 0.5
+            }
+        };
         let distances: Vec<f32> = (0..pixels.len()).map(signed).collect();
         let pixel = width / columns as f32;
         let half = 0.5 * Vec2::new(columns as f32, rows as f32);
@@ -152,7 +185,8 @@ pub fn image_profile(py: Python<'_>, mask: PyReadonlyArray2<'_, bool>, width: f3
             let held = at.clamp(Vec2::ZERO, 2.0 * half - 1.0);
             let low = held.floor().min(2.0 * half - 2.0);
             let t = held - low;
-            let sample = |x: f32, y: f32| distances[(low.y + y) as usize * columns + (low.x + x) as usize];
+            let sample =
+                |x: f32, y: f32| distances[(low.y + y) as usize * columns + (low.x + x) as usize];
             let along = |y: f32| sample(0.0, y) + (sample(1.0, y) - sample(0.0, y)) * t.x;
             let own = along(0.0) + (along(1.0) - along(0.0)) * t.y;
             // Cut off at the image's border.
@@ -166,7 +200,10 @@ pub fn image_profile(py: Python<'_>, mask: PyReadonlyArray2<'_, bool>, width: f3
         let cell = spacing * SAMPLED_SIDE as f32;
         let solid = Aabb::centered((half * pixel).extend(0.5 * cell));
         let region = Aabb::centered((half * pixel + 2.0 * spacing).extend(0.5 * cell));
-        let cells = (region.size() / cell - 1e-3).ceil().as_uvec3().max(UVec3::ONE);
+        let cells = (region.size() / cell - 1e-3)
+            .ceil()
+            .as_uvec3()
+            .max(UVec3::ONE);
         let corner = region.center() - 0.5 * cell * cells.as_vec3();
         let sampler = |points: &[Vec3], out: &mut [f32]| {
             for (point, out) in points.iter().zip(out) {
@@ -175,6 +212,7 @@ pub fn image_profile(py: Python<'_>, mask: PyReadonlyArray2<'_, bool>, width: f3
         };
         SampledGrid::sample(corner, cell, cells, solid, &sampler)
     })?;
-    grid.check().map_err(|error| PyValueError::new_err(error.to_string()))?;
+    grid.check()
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(Node::new(Tree::Shape(named(grid))))
 }

@@ -74,7 +74,11 @@ impl PictureOptions {
 }
 
 /// Returns a picture as an array.
-pub fn array<'py>(py: Python<'py>, [width, height]: [u32; 2], rgb: Vec<u8>) -> PyResult<Bound<'py, PyArray3<u8>>> {
+pub fn array<'py>(
+    py: Python<'py>,
+    [width, height]: [u32; 2],
+    rgb: Vec<u8>,
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
     PyArray1::from_vec(py, rgb).reshape([height as usize, width as usize, 3])
 }
 
@@ -83,10 +87,16 @@ fn pixels(picture: &PyReadonlyArray3<'_, u8>) -> PyResult<([u32; 2], Vec<u8>)> {
         return Err(PyValueError::new_err("picture: expected three axes"));
     };
     if channels != 3 || width == 0 || height == 0 {
-        let text = format!("picture: expected shape (height, width, 3), not {:?}", picture.shape());
+        let text = format!(
+            "picture: expected shape (height, width, 3), not {:?}",
+            picture.shape()
+        );
         return Err(PyValueError::new_err(text));
     }
-    Ok(([width as u32, height as u32], picture.as_array().iter().copied().collect()))
+    Ok((
+        [width as u32, height as u32],
+        picture.as_array().iter().copied().collect(),
+    ))
 }
 
 #[pyfunction]
@@ -96,7 +106,10 @@ pub fn write_png(path: PathBuf, picture: PyReadonlyArray3<'_, u8>) -> PyResult<(
 }
 
 #[pyfunction]
-pub fn encode_png<'py>(py: Python<'py>, picture: PyReadonlyArray3<'_, u8>) -> PyResult<Bound<'py, PyBytes>> {
+pub fn encode_png<'py>(
+    py: Python<'py>,
+    picture: PyReadonlyArray3<'_, u8>,
+) -> PyResult<Bound<'py, PyBytes>> {
     let (size, rgb) = pixels(&picture)?;
     let mut bytes = Vec::new();
     argil::write_png(size, &rgb, &mut bytes).map_err(ToPython::to_python)?;
@@ -105,20 +118,31 @@ pub fn encode_png<'py>(py: Python<'py>, picture: PyReadonlyArray3<'_, u8>) -> Py
 
 /// Writes pictures of one size as an endless animation.
 #[pyfunction]
-pub fn write_gif(py: Python<'_>, path: PathBuf, pictures: Vec<PyReadonlyArray3<'_, u8>>, seconds: f64) -> PyResult<()> {
+pub fn write_gif(
+    py: Python<'_>,
+    path: PathBuf,
+    pictures: Vec<PyReadonlyArray3<'_, u8>>,
+    seconds: f64,
+) -> PyResult<()> {
     let pictures: Vec<_> = pictures.iter().map(pixels).collect::<PyResult<_>>()?;
     let Some(&([width, height], _)) = pictures.first() else {
         return Err(PyValueError::new_err("pictures: there are none"));
     };
-    if width > 65_535 || height > 65_535 || pictures.iter().any(|(size, _)| *size != [width, height]) {
-        return Err(PyValueError::new_err("pictures: expected one size of at most 65535 pixels along a side"));
+    if width > 65_535
+        || height > 65_535
+        || pictures.iter().any(|(size, _)| *size != [width, height])
+    {
+        return Err(PyValueError::new_err(
+            "pictures: expected one size of at most 65535 pixels along a side",
+        ));
     }
     // GIF counts in hundredths of a second.
     let delay = (100.0 * seconds).round().clamp(2.0, 65_535.0) as u16;
     let written = crate::work::run(py, None, |_| {
         write_atomically(&path, |out| {
             let other = |error: gif::EncodingError| std::io::Error::other(error);
-            let mut encoder = gif::Encoder::new(out, width as u16, height as u16, &[]).map_err(other)?;
+            let mut encoder =
+                gif::Encoder::new(out, width as u16, height as u16, &[]).map_err(other)?;
             encoder.set_repeat(gif::Repeat::Infinite).map_err(other)?;
             for (_, rgb) in &pictures {
                 let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, rgb, 10);
@@ -130,4 +154,3 @@ pub fn write_gif(py: Python<'_>, path: PathBuf, pictures: Vec<PyReadonlyArray3<'
     })?;
     written.map_err(ToPython::to_python)
 }
-

@@ -6,7 +6,9 @@ use crate::node::{Box3, Node, parsed};
 use crate::pictures::{self, PictureOptions};
 use crate::tree::of_scene;
 use crate::work;
-use argil::scene::{Edit, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, SampledGrid, Scene as Brushes};
+use argil::scene::{
+    Edit, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, SampledGrid, Scene as Brushes,
+};
 use argil::{BricksOptions, Engine, World};
 use numpy::PyArray3;
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -64,7 +66,14 @@ pub struct Scene {
 }
 
 /// Name, kind and visibility of a node, its material, its path and the node around it.
-type NodeFacts = (String, String, bool, Option<String>, String, Option<SceneNode>);
+type NodeFacts = (
+    String,
+    String,
+    bool,
+    Option<String>,
+    String,
+    Option<SceneNode>,
+);
 
 impl Scene {
     fn of(scene: Brushes) -> Self {
@@ -78,20 +87,32 @@ impl Scene {
     }
 
     fn edit(&self, edit: Edit) -> PyResult<SceneNode> {
-        let outcome = locked(&self.scene).apply(edit).map_err(ToPython::to_python)?;
+        let outcome = locked(&self.scene)
+            .apply(edit)
+            .map_err(ToPython::to_python)?;
         Ok(SceneNode { id: outcome.node })
     }
 
     fn desc(&self, node: &SceneNode) -> PyResult<NodeDesc> {
         let scene = locked(&self.scene);
-        let own = scene.get(node.id).filter(|_| scene.iter().any(|id| id == node.id));
+        let own = scene
+            .get(node.id)
+            .filter(|_| scene.iter().any(|id| id == node.id));
         Ok(own.ok_or_else(|| gone(node))?.desc().clone())
     }
 
-    fn change(&self, node: &SceneNode, change: impl FnOnce(&mut NodeDesc) -> PyResult<()>) -> PyResult<()> {
+    fn change(
+        &self,
+        node: &SceneNode,
+        change: impl FnOnce(&mut NodeDesc) -> PyResult<()>,
+    ) -> PyResult<()> {
         let mut desc = self.desc(node)?;
         change(&mut desc)?;
-        self.edit(Edit::Replace { node: node.id, desc }).map(|_| ())
+        self.edit(Edit::Replace {
+            node: node.id,
+            desc,
+        })
+        .map(|_| ())
     }
 }
 
@@ -109,7 +130,12 @@ impl Scene {
     /// Reads a scene file with the meshes that it names, or a scene of another program.
     #[staticmethod]
     #[pyo3(signature = (path, external, progress=None))]
-    fn load(py: Python<'_>, path: PathBuf, external: bool, progress: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        external: bool,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let scene = work::run(py, progress.as_ref(), |control| {
             let mut scene = Brushes::open(&path).map_err(ToPython::to_python)?;
             let folder = path.parent().unwrap_or(&path);
@@ -128,7 +154,8 @@ impl Scene {
     fn to_json(&self) -> (String, Vec<(String, u32, Vec<u8>)>) {
         let scene = locked(&self.scene);
         let grids = scene.loaded_meshes().into_iter();
-        let grids = grids.map(|(path, resolution, grid)| (path.to_owned(), resolution, grid.to_bytes()));
+        let grids =
+            grids.map(|(path, resolution, grid)| (path.to_owned(), resolution, grid.to_bytes()));
         (scene.to_json(), grids.collect())
     }
 
@@ -175,12 +202,18 @@ impl Scene {
         for (name, material) in own.materials() {
             let (name, mut free) = (name.clone(), name.clone());
             let mut nth = 1;
-            while scene.materials().get(&free).is_some_and(|known| known != material) {
+            while scene
+                .materials()
+                .get(&free)
+                .is_some_and(|known| known != material)
+            {
                 nth += 1;
                 free = format!("{name} {nth}");
             }
             rename(&mut tree, &name, &free);
-            scene.set_material(free, *material).map_err(ToPython::to_python)?;
+            scene
+                .set_material(free, *material)
+                .map_err(ToPython::to_python)?;
         }
         let parent = self.parent_of(parent);
         let outcome = scene.push_into(parent, tree);
@@ -190,14 +223,26 @@ impl Scene {
     }
 
     /// Adds an empty group.
-    fn group(&self, operator: &str, blend: f32, name: Option<String>, parent: Option<&SceneNode>) -> PyResult<SceneNode> {
+    fn group(
+        &self,
+        operator: &str,
+        blend: f32,
+        name: Option<String>,
+        parent: Option<&SceneNode>,
+    ) -> PyResult<SceneNode> {
         let mut desc: NodeDesc = argil::scene::Group::new().into();
         desc.operator.kind = parsed(&format!("\"{operator}\""))?;
         desc.operator.blend = blend;
         desc.name = name.unwrap_or_default();
         let parent = self.parent_of(parent);
-        let index = locked(&self.scene).get(parent).map_or(0, |group| group.children().len());
-        self.edit(Edit::Insert { parent, index, desc })
+        let index = locked(&self.scene)
+            .get(parent)
+            .map_or(0, |group| group.children().len());
+        self.edit(Edit::Insert {
+            parent,
+            index,
+            desc,
+        })
     }
 
     fn remove(&self, node: &SceneNode) -> PyResult<()> {
@@ -206,11 +251,20 @@ impl Scene {
 
     fn move_to(&self, node: &SceneNode, parent: Option<&SceneNode>, index: usize) -> PyResult<()> {
         let parent = self.parent_of(parent);
-        self.edit(Edit::Move { node: node.id, parent, index }).map(|_| ())
+        self.edit(Edit::Move {
+            node: node.id,
+            parent,
+            index,
+        })
+        .map(|_| ())
     }
 
     fn set_visible(&self, node: &SceneNode, visible: bool) -> PyResult<()> {
-        self.edit(Edit::SetVisible { node: node.id, visible }).map(|_| ())
+        self.edit(Edit::SetVisible {
+            node: node.id,
+            visible,
+        })
+        .map(|_| ())
     }
 
     fn rename(&self, node: &SceneNode, name: String) -> PyResult<()> {
@@ -239,7 +293,9 @@ impl Scene {
 
     fn paint(&self, node: &SceneNode, name: String, json: &str) -> PyResult<()> {
         let material: Material = parsed(json)?;
-        locked(&self.scene).set_material(name.clone(), material).map_err(ToPython::to_python)?;
+        locked(&self.scene)
+            .set_material(name.clone(), material)
+            .map_err(ToPython::to_python)?;
         self.change(node, |desc| {
             desc.material = Some(name);
             Ok(())
@@ -285,7 +341,10 @@ impl Scene {
     fn facts(&self, node: &SceneNode) -> PyResult<NodeFacts> {
         let desc = self.desc(node)?;
         let scene = locked(&self.scene);
-        let parent = scene.node(node.id).parent().filter(|&id| id != Brushes::ROOT);
+        let parent = scene
+            .node(node.id)
+            .parent()
+            .filter(|&id| id != Brushes::ROOT);
         let kind = match &desc.kind {
             NodeKind::Shape(shape) => shape.kind().to_owned(),
             NodeKind::Group => "Group".to_owned(),
@@ -323,7 +382,10 @@ impl Scene {
                 voxel_size,
                 ..BricksOptions::default()
             };
-            let build = Engine::cpu().with_control(control).build(&scene).map_err(ToPython::to_python)?;
+            let build = Engine::cpu()
+                .with_control(control)
+                .build(&scene)
+                .map_err(ToPython::to_python)?;
             build.bricks(options).map_err(ToPython::to_python)
         })??;
         Ok(Bricks {
@@ -358,7 +420,11 @@ impl Bricks {
     /// Applies the scene's edits since the last call. Returns the time in milliseconds, the changed box, and whether
     /// everything was built again, with the reason.
     #[pyo3(signature = (progress=None))]
-    fn apply(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<(f64, Option<Box3>, bool, Option<String>)> {
+    fn apply(
+        &self,
+        py: Python<'_>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<(f64, Option<Box3>, bool, Option<String>)> {
         let report = work::run(py, progress.as_ref(), |control| {
             let scene = locked(&self.scene);
             let mut world = locked(&self.world);
@@ -373,7 +439,11 @@ impl Bricks {
 
     /// Counts the cells that differ from bricks of the same scene that are built anew.
     fn diff_from_rebuild(&self, py: Python<'_>) -> PyResult<Option<u64>> {
-        work::run(py, None, |_| locked(&self.world).diff_from_rebuild().map_err(ToPython::to_python))?
+        work::run(py, None, |_| {
+            locked(&self.world)
+                .diff_from_rebuild()
+                .map_err(ToPython::to_python)
+        })?
     }
 
     #[getter]
@@ -392,14 +462,19 @@ impl Bricks {
         work::run_short(py, || {
             let world = locked(&self.world);
             let info = world.volume_info().map_err(ToPython::to_python)?;
-            let info = info.ok_or_else(|| SceneError::new_err("these bricks are gone: build them again"))?;
+            let info =
+                info.ok_or_else(|| SceneError::new_err("these bricks are gone: build them again"))?;
             let grid = info.voxel_grid;
             let bricks = info.bricks.map_or(0, |own| own.bricks);
             Ok((grid.voxel_size, bricks, box_to_python(grid.aabb())))
         })?
     }
 
-    fn distances<'py>(&self, py: Python<'py>, array: &Bound<'py, PyAny>) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
+    fn distances<'py>(
+        &self,
+        py: Python<'py>,
+        array: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
         let points = crate::arrays::points(array)?;
         let numbers = points.numbers()?;
         let found = work::run(py, None, |_| {
@@ -416,7 +491,11 @@ impl Bricks {
     fn mesh(&self, py: Python<'_>, normals: bool, colors: bool) -> PyResult<crate::mesh::Mesh> {
         let options = argil::MeshOptions {
             materials: colors,
-            normals: if normals { argil::MeshNormals::Field } else { argil::MeshNormals::None },
+            normals: if normals {
+                argil::MeshNormals::Field
+            } else {
+                argil::MeshNormals::None
+            },
             checks: false,
             ..argil::MeshOptions::default()
         };
@@ -442,13 +521,16 @@ impl Bricks {
             let mut world = locked(&self.world);
             world.set_control(control);
             let (camera, settings) = options.settings(&world, [width, height])?;
-            world.render(&camera, &settings).map_err(ToPython::to_python)
+            world
+                .render(&camera, &settings)
+                .map_err(ToPython::to_python)
         })??;
         pictures::array(py, image.size, image.rgb)
     }
 
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        work::run(py, None, |_| locked(&self.world).save(&path).map_err(ToPython::to_python))?
+        work::run(py, None, |_| {
+            locked(&self.world).save(&path).map_err(ToPython::to_python)
+        })?
     }
 }
-

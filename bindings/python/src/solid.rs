@@ -51,9 +51,18 @@ impl Solid {
     ///
     /// # Errors
     /// If the scene cannot be lowered.
-    pub fn world_within(&self, bounds: Option<Aabb>, control: &Control) -> Result<World, BuildError> {
+    pub fn world_within(
+        &self,
+        bounds: Option<Aabb>,
+        control: &Control,
+    ) -> Result<World, BuildError> {
         let mut scene = self.scene.snapshot();
-        let own = scene.view.bounds.is_none().then(|| padded(self.aabb())).filter(|own| own.is_finite());
+        let own = scene
+            .view
+            .bounds
+            .is_none()
+            .then(|| padded(self.aabb()))
+            .filter(|own| own.is_finite());
         if let Some(bounds) = bounds.or(own) {
             scene.view.bounds = Some([bounds.min.to_array(), bounds.max.to_array()]);
         }
@@ -82,7 +91,9 @@ impl Solid {
         }
         let own = self.aabb();
         if own.is_empty() {
-            return Err("the solid is empty: nothing is inside".to_owned().to_python());
+            return Err("the solid is empty: nothing is inside"
+                .to_owned()
+                .to_python());
         }
         if own.is_finite() {
             return Ok(own);
@@ -90,7 +101,11 @@ impl Solid {
         let endless = |axis: usize| !(own.min[axis].is_finite() && own.max[axis].is_finite());
         // The axes of Python.
         let names = [(0, "x"), (2, "y"), (1, "z")];
-        let open: Vec<&str> = names.iter().filter(|(axis, _)| endless(*axis)).map(|(_, name)| *name).collect();
+        let open: Vec<&str> = names
+            .iter()
+            .filter(|(axis, _)| endless(*axis))
+            .map(|(_, name)| *name)
+            .collect();
         Err(format!(
             "the solid has no end along {}: intersect it with a slab or a box, or pass bounds=((x0, y0, z0), (x1, y1, z1))",
             open.join(" and ")
@@ -221,7 +236,13 @@ impl Ord for OpenPart {
 
 /// Returns how far the surface reaches along an axis, to a precision, or no less than that after too many looks.
 fn farthest(world: &World, all: Aabb, axis: usize, side: f32, precision: f32) -> Option<f32> {
-    let reach = |part: Aabb| if side > 0.0 { part.max[axis] } else { -part.min[axis] };
+    let reach = |part: Aabb| {
+        if side > 0.0 {
+            part.max[axis]
+        } else {
+            -part.min[axis]
+        }
+    };
     let mut open = BinaryHeap::from([OpenPart(reach(all), all.half_diagonal(), all)]);
     let mut looks = 0;
     while let Some(OpenPart(end, _, part)) = open.pop() {

@@ -117,10 +117,15 @@ impl Tree {
             match tree {
                 Tree::Shape(shape) => (shapes, last) = (shapes + 1, shape.kind()),
                 Tree::Nodes { nodes, .. } => {
-                    shapes += nodes.iter().map(|tree| tree.entries().count() as u64).sum::<u64>();
+                    shapes += nodes
+                        .iter()
+                        .map(|tree| tree.entries().count() as u64)
+                        .sum::<u64>();
                 }
                 Tree::Join { left, right, .. } => open.extend([&**left, &**right]),
-                Tree::Modified { inner, .. } | Tree::Painted { inner, .. } | Tree::Named { inner, .. } => {
+                Tree::Modified { inner, .. }
+                | Tree::Painted { inner, .. }
+                | Tree::Named { inner, .. } => {
                     open.push(inner);
                 }
             }
@@ -235,7 +240,9 @@ fn visit<'a>(
             group.children = nodes.clone();
             let renamed: Vec<(String, String)> = own
                 .iter()
-                .filter_map(|(name, material)| Some((name.clone(), materials.take(name, *material)?)))
+                .filter_map(|(name, material)| {
+                    Some((name.clone(), materials.take(name, *material)?))
+                })
                 .collect();
             rename(&mut group, &renamed);
             done.push(group);

@@ -69,7 +69,7 @@ def test_points_that_are_no_numbers_have_far_distances_and_harm_nothing() -> Non
 def test_arrays_are_read_where_they_are() -> None:
     at = np.zeros((100, 3), dtype=np.float32)
     kept = at.copy()
-    at.flags.writeable = False
+    at.setflags(write=False)
     SOLID.distance(at)
     assert np.array_equal(at, kept)
     from argil._arrays import as_points

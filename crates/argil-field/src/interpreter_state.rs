@@ -148,3 +148,28 @@ pub(crate) fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
         .and_then(|w| w.try_into().ok())
         .unwrap_or(&[0.0; N])
 }
+
+/// Pushes the accumulator onto the stack, and starts again with an empty one.
+#[inline(always)]
+pub(crate) fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
+    r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
+    if materials {
+        r.materials.push((*r.material).clone());
+    }
+}
+
+#[inline(always)]
+pub(crate) fn restore_point<R: Real>(r: &mut InterpreterState<R>) {
+    if let Some(point) = r.points.pop() {
+        r.point = point;
+    }
+    if r.points.len() < r.absolute_from {
+        r.absolute_from = usize::MAX;
+    }
+}
+
+/// Returns the lanes in use, so that the optimizer knows their number.
+#[inline(always)]
+pub(crate) fn lanes_of(active: usize) -> std::ops::Range<usize> {
+    0..active.min(LANES)
+}

@@ -4,8 +4,10 @@
 mod bounded_group;
 mod bounds;
 mod combine;
+mod copy_loops;
 mod curves;
 mod dispatch;
+mod domain_changes;
 mod domain_ops;
 mod eval_brush;
 mod evaluate;

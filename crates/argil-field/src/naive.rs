@@ -66,8 +66,26 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
             .iter()
             .map(|pose| inner(pose.own_from_outer().transform_point3(p)) * f64::from(pose.scale))
             .fold(NOTHING, f64::min),
-        ref m @ (Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit }) => {
-            let Some(held) = m.clamp_box(content()) else {
+        Modifier::Extrude { half_depth } => {
+            let beyond = V2::new(
+                inner(V3::new(p.x, p.y, 0.0)),
+                p.z.abs() - f64::from(half_depth),
+            );
+            beyond.max(V2::ZERO).length() + beyond.max_element().min(0.0)
+        }
+        Modifier::Revolve { offset } => {
+            inner(V3::new(p.x.hypot(p.z) - f64::from(offset), p.y, 0.0))
+        }
+        ref m => deformed(m, p, content(), &inner),
+    }
+}
+
+/// Evaluates a deformation of a solid in a box, whose distance is `inner`.
+fn deformed(m: &Modifier, p: V3, content: argil_math::Aabb, inner: &dyn Fn(V3) -> f64) -> f64 {
+    let stretch = f64::from(m.stretch(content));
+    match *m {
+        Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit } => {
+            let Some(held) = m.clamp_box(content) else {
                 return NOTHING;
             };
             let q = p.clamp(held.min.as_dvec3(), held.max.as_dvec3());
@@ -79,28 +97,26 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
             } else {
                 turn(V2::new(q.x, q.y), rate * q.x).extend(q.z)
             };
-            let d = inner(back) / f64::from(m.stretch(content()));
+            let d = inner(back) / stretch;
             if p == q {
                 d
             } else {
                 (p - q).length().hypot(d.max(0.0))
             }
         }
-        ref m @ Modifier::Shift { by, ref along } => {
-            inner(p - d3(by) * along.value(p)) / f64::from(m.stretch(content()))
-        }
-        ref m @ Modifier::Wrap {
+        Modifier::Shift { by, ref along } => inner(p - d3(by) * along.value(p)) / stretch,
+        Modifier::Wrap {
             from,
             to,
             radius,
             ref curve,
         } => {
             let (radius, length) = (f64::from(radius), f64::from(to - from));
-            let core = f64::from(argil_scene::wrap_core(radius as f32, content()));
+            let core = f64::from(argil_scene::wrap_core(radius as f32, content));
             let r = p.x.hypot(p.z);
             let turn = (-p.z).atan2(p.x) / std::f64::consts::TAU + 0.5;
             let x = f64::from(from) + length * curve.value(turn);
-            let scale = 1.0 / f64::from(m.stretch(content()));
+            let scale = 1.0 / stretch;
             let at = |x: f64| inner(V3::new(x, p.y, r.max(core) - radius)) * scale;
             let d = at(x).min(at(x - length)).min(at(x + length));
             let gap = (core - r) * scale;
@@ -112,17 +128,7 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
                 gap
             }
         }
-        Modifier::Extrude { half_depth } => {
-            let beyond = V2::new(
-                inner(V3::new(p.x, p.y, 0.0)),
-                p.z.abs() - f64::from(half_depth),
-            );
-            beyond.max(V2::ZERO).length() + beyond.max_element().min(0.0)
-        }
-        Modifier::Revolve { offset } => {
-            inner(V3::new(p.x.hypot(p.z) - f64::from(offset), p.y, 0.0))
-        }
-        ref m @ Modifier::Displace {
+        Modifier::Displace {
             amplitude,
             frequency,
             seed,
@@ -135,9 +141,10 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
             };
             let (d, noise) = (inner(p), (0..octaves).map(octave).sum::<f64>());
             let most = f64::from(amplitude) * (2.0 - 0.5f64.powi(octaves as i32 - 1));
-            let steep = (d + noise) / f64::from(m.stretch(content()));
+            let steep = (d + noise) / stretch;
             steep.max(d - most).min(d + most)
         }
+        _ => inner(p),
     }
 }
 

@@ -76,14 +76,6 @@ fn write_instr(
             depth.value -= 1;
             write_combine(instr, v, out)?;
         }
-        abi::OP_PUSH_POINT => {
-            writeln!(out, "    p{} = p{q};", q + 1)?;
-            depth.point += 1;
-        }
-        abi::OP_POP_POINT => depth.point -= 1,
-        abi::OP_AFFINE => writeln!(out, "    p{q} = mapped(p{q}, {w}u);")?,
-        abi::OP_MIRROR => writeln!(out, "    p{q} = mirrored(p{q}, {w}u);")?,
-        abi::OP_ELONGATE => writeln!(out, "    p{q} = elongated(p{q}, {w}u);")?,
         abi::OP_REPEAT | abi::OP_RADIAL => {
             write_loop(instr, depth, out)?;
             depth.value += 1;
@@ -101,6 +93,34 @@ fn write_instr(
             )?;
             writeln!(out, "    field_material = m{least};")?;
         }
+        op if abi::saves_point(op) || abi::restores_point(op) || abi::moves_point(op) => {
+            write_domain(instr, depth, out)?;
+        }
+        abi::OP_RAMP => writeln!(out, "    ramp_share = ramp_value(p{q}, {w}u);")?,
+        abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
+        abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
+        abi::OP_DISPLACE => {
+            writeln!(out, "    a{v} = displace(a{v}, p{q}, {operand}u, {w}u);")?;
+        }
+        _ => {}
+    }
+    debug_assert!(depth.value <= program.value_slots && depth.point <= program.point_slots);
+    Ok(())
+}
+
+/// Writes a change of the point, or the return from it.
+fn write_domain(instr: &Instruction, depth: &mut Depth, out: &mut String) -> std::fmt::Result {
+    let Instruction { op, params: w, .. } = *instr;
+    let (v, q) = (depth.value, depth.point);
+    match op {
+        abi::OP_PUSH_POINT => {
+            writeln!(out, "    p{} = p{q};", q + 1)?;
+            depth.point += 1;
+        }
+        abi::OP_POP_POINT => depth.point -= 1,
+        abi::OP_AFFINE => writeln!(out, "    p{q} = mapped(p{q}, {w}u);")?,
+        abi::OP_MIRROR => writeln!(out, "    p{q} = mirrored(p{q}, {w}u);")?,
+        abi::OP_ELONGATE => writeln!(out, "    p{q} = elongated(p{q}, {w}u);")?,
         abi::OP_TWIST | abi::OP_BEND => {
             let name = if op == abi::OP_TWIST { "twist" } else { "bend" };
             writeln!(out, "    p{} = {name}(p{q}, {w}u);", q + 1)?;
@@ -130,15 +150,8 @@ fn write_instr(
         }
         abi::OP_REVOLVE => writeln!(out, "    p{q} = revolve(p{q}, {w}u);")?,
         abi::OP_SHIFT => writeln!(out, "    p{q} = shift(p{q}, {w}u);")?,
-        abi::OP_RAMP => writeln!(out, "    ramp_share = ramp_value(p{q}, {w}u);")?,
-        abi::OP_ROUND => writeln!(out, "    a{v} -= params[{w}u];")?,
-        abi::OP_SHELL => writeln!(out, "    a{v} = abs(a{v}) - params[{w}u];")?,
-        abi::OP_DISPLACE => {
-            writeln!(out, "    a{v} = displace(a{v}, p{q}, {operand}u, {w}u);")?;
-        }
         _ => {}
     }
-    debug_assert!(depth.value <= program.value_slots && depth.point <= program.point_slots);
     Ok(())
 }
 

@@ -1,9 +1,10 @@
 //! Bounds of brushes and groups, from the leaves up.
 
-use crate::modifier::{FEW_COPIES, NOISE_LIPSCHITZ, half_angle_about_y, neighbor_copies};
-use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape, twist_stretch};
+use crate::modified_region::{region_after, stretch};
+use crate::modifier::{FEW_COPIES, half_angle_about_y, neighbor_copies};
+use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape};
 use argil_math::Aabb;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 /// Facts about a distance that are known without evaluating it, in a frame.
@@ -146,131 +147,6 @@ impl Extent {
             },
         }
     }
-}
-
-/// Returns the factor by which a modifier's distance must shrink to keep the Lipschitz constant of its content,
-/// given the content's box.
-pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
-    match *modifier {
-        // Each octave halves the amplitude and doubles the frequency, so it adds the same slope.
-        Modifier::Displace {
-            amplitude,
-            frequency,
-            octaves,
-            ..
-        } => 1.0 + amplitude * frequency * NOISE_LIPSCHITZ * octaves as f32,
-        Modifier::Shift { by, ref along } => along.shift_stretch(by),
-        Modifier::Wrap {
-            from,
-            to,
-            radius,
-            ref curve,
-        } => {
-            let [low, high] = curve.slopes();
-            let turn = low.abs().max(high.abs()) * (to - from).abs();
-            let nearest = WRAP_TRUSTED * wrap_core(radius, content);
-            (turn / (std::f32::consts::TAU * nearest)).max(1.0)
-        }
-        _ => modifier
-            .clamp_box(content)
-            .map_or(1.0, |b| twist_stretch(modifier, b)),
-    }
-}
-
-/// The share of the radius of [`wrap_core`] down to which the distances around a wrapped solid are used.
-pub(crate) const WRAP_TRUSTED: f32 = 0.75;
-
-/// Returns the radius around the axis within which a wrapped solid is cut off, given the content's box: a little less
-/// than where it begins, or a small part of the radius if it reaches the axis.
-pub fn wrap_core(radius: f32, content: Aabb) -> f32 {
-    let begin = radius + content.min.z;
-    let margin = 0.05 * radius.min(content.size().z);
-    (begin - margin).max(radius / 32.0)
-}
-
-/// Returns a box around all points that a modifier maps into `region`, which is in the content's frame. `content`
-/// is the content's box.
-pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> Aabb {
-    if region.is_empty() {
-        return region;
-    }
-    if let Some(content_from_outer) = modifier.affine() {
-        return region.mapped(&content_from_outer.inverse());
-    }
-    let mut after = region;
-    match *modifier {
-        Modifier::Mirror { axes } => {
-            for axis in (0..3).filter(|&a| axes[a]) {
-                after.max[axis] = region.max[axis].max(0.0);
-                after.min[axis] = -after.max[axis];
-            }
-        }
-        Modifier::Repeat { spacing, count } => {
-            for axis in 0..3 {
-                let reach = match count {
-                    Some(count) => 0.5 * count[axis].saturating_sub(1) as f32 * spacing[axis],
-                    None if spacing[axis] > 0.0 => f32::INFINITY,
-                    None => 0.0,
-                };
-                after.min[axis] -= reach;
-                after.max[axis] += reach;
-            }
-        }
-        Modifier::Instances { ref poses } => {
-            let boxes = poses
-                .iter()
-                .map(|pose| region.mapped(&pose.own_from_outer().inverse()));
-            after = boxes.fold(Aabb::EMPTY, Aabb::union);
-        }
-        Modifier::RadialRepeat { .. } => {
-            let far = region.min.abs().max(region.max.abs());
-            let r = Vec2::new(far.x, far.z).length();
-            after = Aabb::new(
-                Vec3::new(-r, region.min.y, -r),
-                Vec3::new(r, region.max.y, r),
-            );
-        }
-        Modifier::Elongate { by } => {
-            after = Aabb::new(region.min - Vec3::from(by), region.max + Vec3::from(by));
-        }
-        Modifier::Shift { by, ref along } => {
-            let at = |share: f32| {
-                let moved = share * Vec3::from(by);
-                Aabb::new(region.min + moved, region.max + moved)
-            };
-            let [low, high] = along.curve().range();
-            after = at(low).union(at(high));
-        }
-        Modifier::Wrap { radius, .. } => {
-            let r = (radius + region.max.z).max(0.0);
-            after = Aabb::new(
-                Vec3::new(-r, region.min.y, -r),
-                Vec3::new(r, region.max.y, r),
-            );
-        }
-        Modifier::Extrude { half_depth } => {
-            (after.min.z, after.max.z) = (-half_depth, half_depth);
-        }
-        Modifier::Revolve { offset } => {
-            let r = region.max.x + offset;
-            if r < 0.0 {
-                return Aabb::EMPTY;
-            }
-            after = Aabb::new(
-                Vec3::new(-r, region.min.y, -r),
-                Vec3::new(r, region.max.y, r),
-            );
-        }
-        Modifier::Twist { .. } | Modifier::Bend { .. } => {
-            let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
-            after = modifier
-                .clamp_box(region)
-                .unwrap_or(Aabb::ALL)
-                .intersection(clamp_box);
-        }
-        _ => {}
-    }
-    after
 }
 
 /// The extents of a scene's nodes, computed when first asked for.
@@ -434,13 +310,6 @@ impl<'a> Extents<'a> {
             all.lipschitz_inverse = all.lipschitz_inverse.max(operand.lipschitz_inverse);
         }
         all.offset(bulges.min(greatest))
-    }
-}
-
-impl Modifier {
-    /// Returns the factor by which the distance must shrink: see the function `stretch`.
-    pub fn stretch(&self, content: Aabb) -> f32 {
-        stretch(self, content)
     }
 }
 

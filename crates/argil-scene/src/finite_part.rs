@@ -1,6 +1,6 @@
 //! The part of an infinite solid that a box can contain.
 
-use crate::bounds::region_after;
+use crate::modified_region::region_after;
 use crate::{Extents, NodeId, NodeKind, OperatorKind, Scene};
 use argil_math::Aabb;
 use rustc_hash::FxHashMap;

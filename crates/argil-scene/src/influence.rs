@@ -10,8 +10,8 @@
 //! *Practice.* [`influence`] walks down from the root to the node and tracks the largest distance of interest at
 //! each level. Then it maps the node's grown box up through the modifiers of its groups.
 
-use crate::bounds::region_after;
 use crate::group_summary::{GroupSummary, SUMMARY_THRESHOLD};
+use crate::modified_region::region_after;
 use crate::{BlendProfile, Extent, Extents, Modifier, NodeId, Operator, OperatorKind, Scene};
 use argil_math::Aabb;
 

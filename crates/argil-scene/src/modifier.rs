@@ -233,7 +233,7 @@ modifiers! {
 
     /// Extrudes the section of the solid at z = 0 along z.
     Extrude {
-        /// Half of the length along z.
+        /// Half of the length along z. An extrusion of 1e6 or more is infinite.
         half_depth: f32 => positive,
     }
     example(Self::Extrude { half_depth: 0.2 });

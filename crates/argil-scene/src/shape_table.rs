@@ -262,7 +262,7 @@ macro_rules! shape_table {
                     half_depth: f32 => positive,
                 }
                 words([apothem, half_depth])
-                bounds(along_z(Vec2::new(apothem * 2.0 / 3f32.sqrt(), apothem), half_depth))
+                bounds(endless(along_z(Vec2::new(apothem * 2.0 / 3f32.sqrt(), apothem), half_depth)))
                 exact(true)
                 example(Some(Shape::HexPrism { apothem: 0.4, half_depth: 0.25 }));
 
@@ -407,7 +407,7 @@ macro_rules! shape_table {
                     let ([x, y, z], [a, b, c, d], [top, bottom]) = (half_size, corner_radii, rounding);
                     [x, y, z, a, b, c, d, top, bottom]
                 })
-                bounds(Aabb::centered(half_size.into()))
+                bounds(endless(Aabb::centered(half_size.into())))
                 // A rim that is rounder than an upright edge cuts that edge's corner, where the path's distance
                 // is too small.
                 exact({

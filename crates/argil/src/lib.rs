@@ -28,6 +28,7 @@ mod program_cache;
 mod query;
 mod rendering;
 mod representation;
+mod vertex_error;
 #[cfg(feature = "volume-files")]
 mod volume_import;
 mod volume_io;
@@ -62,7 +63,7 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
-pub use meshing::{MeshError, MeshOptions, MeshOutput, VertexError, save_mesh};
+pub use meshing::{MeshError, MeshOptions, MeshOutput, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;
@@ -70,6 +71,7 @@ pub use representation::{
     BricksOptions, BuildTimings, DenseOptions, LevelsOptions, MeshCounts, MeshRenderOptions,
     OctreeOptions, Representation,
 };
+pub use vertex_error::VertexError;
 #[cfg(feature = "volume-files")]
 pub use volume_import::{
     RawLayout, RawType, ReadVolume, VolumeReadError, VolumeReadOptions, is_volume_file,

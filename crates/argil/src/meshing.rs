@@ -2,8 +2,9 @@
 
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
 use crate::representation::{Storage, clip_box};
+use crate::vertex_error::VertexError;
 use crate::{BuildError, World};
-use argil_field::Grid;
+use argil_field::{Grid, Program};
 use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
@@ -85,27 +86,6 @@ pub struct MeshOutput {
     pub simplification_error: f32,
     /// Distance of vertices from the exact surface.
     pub surface_error: VertexError,
-}
-
-/// How far the vertices of a mesh are from the exact surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VertexError {
-    /// Root mean square of the distances, in voxels.
-    pub rms_voxels: f64,
-    /// Maximum distance, in voxels.
-    pub max_voxels: f64,
-}
-
-impl VertexError {
-    /// Computes the error of vertices from their distances, for a surface at distance `iso`.
-    pub(crate) fn of(distances: &[f32], iso: f32, voxel_size: f32) -> Self {
-        let voxels = |d: f32| f64::from((d - iso).abs() / voxel_size);
-        let square: f64 = distances.iter().map(|&d| voxels(d).powi(2)).sum();
-        Self {
-            rms_voxels: (square / distances.len().max(1) as f64).sqrt(),
-            max_voxels: distances.iter().map(|&d| voxels(d)).fold(0.0, f64::max),
-        }
-    }
 }
 
 impl MeshOutput {
@@ -256,13 +236,8 @@ impl World {
         }
         self.engine().control.end();
         let duration_ms = start.elapsed().as_secs_f64() * 1e3;
-        let (report, surface_error) = if options.checks {
-            let distances = project_to_field::distances(program, &lists, &mesh);
-            let error = VertexError::of(&distances, iso, voxel_grid.voxel_size);
-            (MeshReport::of(&mesh), error)
-        } else {
-            (MeshReport::of(&Mesh::default()), VertexError::default())
-        };
+        let surface = (&mesh, voxel_grid.voxel_size);
+        let (report, surface_error) = checked(program, &lists, surface, options);
         if options.normals == MeshNormals::Face || options.unindexed {
             let shared = std::mem::take(&mut mesh);
             mesh = shared.unindexed(options.normals == MeshNormals::Face);
@@ -369,6 +344,21 @@ impl World {
         stages.done("march")?;
         Ok((mesh, voxel_grid, None))
     }
+}
+
+/// Counts and checks a mesh, if that is wanted.
+fn checked(
+    program: &Program,
+    lists: &CellPrograms,
+    (mesh, voxel_size): (&Mesh, f32),
+    options: &MeshOptions,
+) -> (MeshReport, VertexError) {
+    if !options.checks {
+        return (MeshReport::of(&Mesh::default()), VertexError::default());
+    }
+    let distances = project_to_field::distances(program, lists, mesh);
+    let error = VertexError::of(&distances, options.iso, voxel_size);
+    (MeshReport::of(mesh), error)
 }
 
 /// Meshes a volume on a GPU.

@@ -10,7 +10,7 @@ import functools
 import math
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, overload
 
 from . import _native, _output, _sdf2, _sdf3
 from ._arrays import as_points
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
+P = ParamSpec("P")
 
 
 class SamplingWarning(UserWarning):
@@ -250,6 +251,16 @@ def _maker(kind: type, function: Any, options: dict[str, Any]) -> Any:
     return decorate if function is None else decorate(function)
 
 
+@overload
+def sdf3(function: Callable[P, Any]) -> Callable[P, SDF3]: ...
+
+
+@overload
+def sdf3(
+    *, bounds: Box | None = None, resolution: int = 128, lipschitz: float | None = None
+) -> Callable[[Callable[P, Any]], Callable[P, SDF3]]: ...
+
+
 def sdf3(
     function: Callable[..., Any] | None = None,
     *,
@@ -275,6 +286,16 @@ def sdf3(
     return _maker(SampledSDF3, function, {"bounds": bounds, "resolution": resolution, "lipschitz": lipschitz})
 
 
+@overload
+def sdf2(function: Callable[P, Any]) -> Callable[P, SDF2]: ...
+
+
+@overload
+def sdf2(
+    *, bounds: Any = None, resolution: int = 256, lipschitz: float | None = None
+) -> Callable[[Callable[P, Any]], Callable[P, SDF2]]: ...
+
+
 def sdf2(
     function: Callable[..., Any] | None = None,
     *,
@@ -297,19 +318,19 @@ def op3(function: F) -> F:
 
     The solid is called with arrays (N, 3) and returns (N, 1), as in fogleman/sdf. The result is sampled: see `sdf3`.
     """
-    return _operator(SampledSDF3, _sdf3._operators, function, {})  # type: ignore[no-any-return]
+    return _operator(SampledSDF3, _sdf3._operators, function, {})
 
 
 def op2(function: F) -> F:
     """Adds an operator of profiles. See `op3`."""
-    return _operator(SampledSDF2, _sdf2._operators, function, {})  # type: ignore[no-any-return]
+    return _operator(SampledSDF2, _sdf2._operators, function, {})
 
 
 def op23(function: F) -> F:
     """Adds an operator that makes a solid of a profile. See `op3`."""
-    return _operator(SampledSDF3, _sdf2._operators, function, {})  # type: ignore[no-any-return]
+    return _operator(SampledSDF3, _sdf2._operators, function, {})
 
 
 def op32(function: F) -> F:
     """Adds an operator that makes a profile of a solid. See `op3`."""
-    return _operator(SampledSDF2, _sdf3._operators, function, {})  # type: ignore[no-any-return]
+    return _operator(SampledSDF2, _sdf3._operators, function, {})

@@ -56,7 +56,7 @@ class SDF3(Solid):
     >>> c = cylinder(0.5)
     >>> f -= c.orient(X) | c.orient(Y) | c.orient(Z)
     >>> round(float(f.distance([(0, 0, 2)])[0]), 2)
-    1.37
+    1.25
     """
 
     __slots__ = ()

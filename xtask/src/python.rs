@@ -1,0 +1,161 @@
+//! `cargo xtask python`: builds the wheel of `bindings/python`, installs it into an environment of its own, and tests what is
+//! installed there.
+
+use anyhow::{Context, bail};
+use std::fs;
+use std::path::{Path, PathBuf};
+use xtask::apt::{install, quietly};
+use xtask::{LINT_WHILE_COMPILING, root, run, run_with};
+
+/// The folder of the package.
+const PACKAGE: &str = "bindings/python";
+/// Where the environment and the wheels are.
+const ENVIRONMENT: &str = "target/python";
+const WHEELS: &str = "target/wheels";
+/// The largest wheel, in bytes.
+const MAX_WHEEL_BYTES: u64 = 12 << 20;
+
+pub(crate) fn run_all() -> anyhow::Result<()> {
+    let manifest = format!("{PACKAGE}/Cargo.toml");
+    run("cargo", &["fmt", "--manifest-path", &manifest, "--check"])?;
+    let python = environment()?;
+    let pip = |arguments: &[&str]| {
+        let all = [
+            &[
+                "-m",
+                "pip",
+                "install",
+                "--quiet",
+                "--disable-pip-version-check",
+            ],
+            arguments,
+        ]
+        .concat();
+        run(&python, &all)
+    };
+    let requirements = format!("{PACKAGE}/requirements.txt");
+    pip(&["--requirement", &requirements])?;
+    let wheel = built(&python)?;
+    pip(&["--force-reinstall", "--no-deps", &wheel])?;
+    let in_package = |arguments: &[&str]| {
+        // What is installed is tested, and not the folder.
+        let tests = root().join(PACKAGE).join("tests");
+        let all = [&["-P"], arguments].concat();
+        run_with(&[("PYTHONPATH", &tests.to_string_lossy())], &python, &all)
+    };
+    let config = format!("{PACKAGE}/pyproject.toml");
+    let place = |name: &str| format!("{PACKAGE}/{name}");
+    in_package(&["-m", "pytest", "-c", &config, &place("tests")])?;
+    in_package(&[
+        "-m",
+        "pytest",
+        "-c",
+        &config,
+        "--nbmake",
+        &place("notebooks"),
+    ])?;
+    in_package(&[
+        "-m",
+        "pytest",
+        "-c",
+        &config,
+        "--doctest-modules",
+        "--pyargs",
+        "argil",
+    ])?;
+    in_package(&["-m", "mypy", "--config-file", &config, "--package", "argil"])?;
+    in_package(&["-m", "mypy.stubtest", "argil._native"])?;
+    in_package(&[
+        "-m",
+        "mypy",
+        "--config-file",
+        &config,
+        &place("examples/typed.py"),
+    ])?;
+    in_package(&[
+        "-m",
+        "pyright",
+        "--project",
+        &config,
+        &place("examples/typed.py"),
+    ])?;
+    Ok(())
+}
+
+/// Builds the wheel, with lints, and checks its size. Returns its path.
+fn built(python: &str) -> anyhow::Result<String> {
+    let folder = root().join(WHEELS);
+    // What earlier runs left would be found instead.
+    let _ = fs::remove_dir_all(&folder);
+    let manifest = format!("{PACKAGE}/Cargo.toml");
+    let build = [
+        "-m",
+        "maturin",
+        "build",
+        "--release",
+        "--locked",
+        "--manifest-path",
+        &manifest,
+        "--out",
+        WHEELS,
+    ];
+    run_with(LINT_WHILE_COMPILING, python, &build)?;
+    let found = fs::read_dir(&folder)?.flatten().map(|entry| entry.path());
+    let wheel = found
+        .into_iter()
+        .find(|path| path.extension().is_some_and(|ending| ending == "whl"))
+        .context("maturin built no wheel")?;
+    let size = fs::metadata(&wheel)?.len();
+    if size > MAX_WHEEL_BYTES {
+        bail!(
+            "{} has {size} bytes, more than {MAX_WHEEL_BYTES}",
+            wheel.display()
+        );
+    }
+    println!(
+        "  {}: {:.1} MiB",
+        wheel.display(),
+        size as f64 / f64::from(1 << 20)
+    );
+    Ok(wheel.to_string_lossy().into_owned())
+}
+
+/// Creates the environment, and returns its Python.
+fn environment() -> anyhow::Result<String> {
+    let folder = root().join(ENVIRONMENT);
+    let python = python_of(&folder);
+    if python.exists() {
+        return Ok(python.to_string_lossy().into_owned());
+    }
+    let target = folder.to_string_lossy().into_owned();
+    let create = || {
+        let names = [
+            "python3",
+            "python3.13",
+            "python3.12",
+            "python3.11",
+            "python",
+        ];
+        let is_recent = "import sys, ensurepip; sys.exit(sys.version_info < (3, 11))";
+        let found = names.iter().find(|name| quietly(name, &["-c", is_recent]));
+        found.is_some_and(|name| quietly(name, &["-m", "venv", &target]))
+    };
+    if create() {
+        return Ok(python.to_string_lossy().into_owned());
+    }
+    println!("\nPython with environments is missing: installing it.");
+    if !install(&["python3", "python3-venv"]) || !create() {
+        bail!(
+            "the tests of the Python package need Python 3.11 or later with venv. On Debian and Ubuntu: sudo apt-get install python3-venv"
+        );
+    }
+    Ok(python.to_string_lossy().into_owned())
+}
+
+fn python_of(folder: &Path) -> PathBuf {
+    if cfg!(windows) {
+        folder.join("Scripts").join("python.exe")
+    } else {
+        folder.join("bin").join("python")
+    }
+}
