@@ -3,6 +3,7 @@
 mod arrays;
 mod ask;
 mod axes;
+mod bricks;
 mod errors;
 mod function;
 mod mesh;
@@ -34,7 +35,9 @@ mod _native {
     use super::pictures::{encode_png, write_gif, write_png};
 
     #[pymodule_export]
-    use super::scene::{Bricks, Scene, SceneNode};
+    use super::bricks::Bricks;
+    #[pymodule_export]
+    use super::scene::{Scene, SceneNode};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,4 +1,6 @@
 //! Solids as Python holds them.
+//!
+//! *Length.* PyO3 takes one block of methods for a class.
 
 use crate::arrays::points;
 use crate::ask;
@@ -59,6 +61,9 @@ pub fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
 }
 
 pub type Box3 = [[f32; 3]; 2];
+
+/// Scene JSON, and the path, the resolution and the bytes of each grid of samples that it refers to.
+pub type SceneText = (String, Vec<(String, u32, Vec<u8>)>);
 
 #[pymethods]
 impl Node {
@@ -493,7 +498,7 @@ impl Node {
     }
 
     /// Returns the solid as scene JSON, and the samples that it refers to.
-    fn to_json(&self, py: Python<'_>) -> PyResult<(String, Vec<(String, u32, Vec<u8>)>)> {
+    fn to_json(&self, py: Python<'_>) -> PyResult<SceneText> {
         let scene = &self.solid(py)?.scene;
         let grids = scene.loaded_meshes().into_iter();
         let grids =

@@ -4,8 +4,8 @@ use argil::math::Control;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// How often Python is asked for signals, and told of progress.
@@ -83,4 +83,9 @@ fn report(control: &Control, callback: &Bound<'_, PyAny>) -> PyResult<()> {
         callback.call1((progress.stage, progress.done, progress.total))?;
     }
     Ok(())
+}
+
+/// Locks what no panic leaves half done.
+pub fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
