@@ -4,7 +4,7 @@ use argil_conformance::Wait;
 use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, gpu_field, points, poison, rounding};
 use argil_field::{Evaluator, FAR, LANES, NearEvaluator, NearField, Program, naive};
 use argil_math::Aabb;
-use argil_scene::{Brush, Exactness, Group, Modifier, Scene, Shape};
+use argil_scene::{Brush, Exactness, Group, Modifier, Path2, Scene, Shape};
 use glam::{DVec3, Vec3};
 
 fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
@@ -374,5 +374,27 @@ fn nearby_pieces_give_the_whole_field() {
         let off = (f64::from(*found) - exact).abs();
         let most = f64::from(rounding(*p) * program.lipschitz());
         assert!(off < most, "at {p:?}: {found}, {exact}");
+    }
+}
+
+/// A ray at the height where a curve begins level meets it as often as the rule of its ends says.
+#[test]
+fn points_at_the_height_of_a_level_start_are_outside() {
+    let outline = Path2::new([0.5, 0.0])
+        .curve([0.5, -0.5], [0.0, -0.5])
+        .curve([-0.5, -0.5], [-0.5, 0.0])
+        .curve([-0.5, 0.5], [0.0, 0.5])
+        .curve([0.5, 0.5], [0.5, 0.0]);
+    let mut scene = Scene::new();
+    let half_depth = 0.2;
+    let shape = Shape::Extrusion {
+        outline,
+        half_depth,
+    };
+    scene.push(shape).expect("a valid shape");
+    let program = Program::lower(&scene).expect("a program");
+    let points = [[-0.8, -0.5, 0.0], [-0.8, 0.5, 0.0], [-0.8, 0.0, 0.0]];
+    for (point, d) in points.iter().zip(measure(&program, &points)) {
+        assert!(d > 0.2, "{point:?}: {d}");
     }
 }

@@ -1,6 +1,6 @@
 """Renders the pictures of the README: every example's solid, by its name, into docs/.
 
-    python examples/pictures.py
+python examples/pictures.py
 """
 
 from pathlib import Path

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 import argil
+import numpy as np
 from argil import SDF2, SDF3, Mesh, Scene, box, circle, cylinder, ease, sdf3, sphere
+from numpy.typing import NDArray
 
 
 def part(radius: float) -> SDF3:

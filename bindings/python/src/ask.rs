@@ -39,6 +39,11 @@ pub fn distances(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f
     let query = solid.world.query();
     each_chunk(points, 1, &mut all, control, |points, out| {
         query.distances(points, out);
+        for (point, out) in points.iter().zip(out) {
+            if point.iter().any(|c| c.is_nan()) {
+                *out = f32::NAN;
+            }
+        }
     });
     all
 }
@@ -50,8 +55,10 @@ pub fn gradients(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f
     each_chunk(points, 3, &mut all, control, |points, out| {
         let mut found = vec![(0.0, [0.0; 3]); points.len()];
         query.gradients(points, &mut found);
-        for (out, (_, gradient)) in out.chunks_exact_mut(3).zip(found) {
-            out.copy_from_slice(&python_from_scene(gradient));
+        for ((out, (_, gradient)), point) in out.chunks_exact_mut(3).zip(found).zip(points) {
+            let is_nan = point.iter().any(|c| c.is_nan());
+            let own = if is_nan { [f32::NAN; 3] } else { gradient };
+            out.copy_from_slice(&python_from_scene(own));
         }
     });
     all

@@ -68,8 +68,14 @@ impl DistanceSampler for PythonFunction<'_> {
             let beyond = (*point - self.center).abs() - self.half;
             let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
             let own = *out * self.inverse_lipschitz;
-            // NaN stays NaN, which a maximum would hide.
-            *out = if own < of_box { of_box } else { own };
+            // What is not finite is refused later, which a maximum would hide.
+            *out = if own < of_box && own.is_finite() {
+                of_box
+            } else if own.is_finite() {
+                own
+            } else {
+                f32::NAN
+            };
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::errors::ToPython;
 use crate::mesh::Mesh;
 use crate::pictures::{self, PictureOptions};
 use crate::solid::Solid;
-use crate::tree::{Tree, complement, of_scene};
+use crate::tree::{Tree, complement, of_scene, within};
 use crate::work;
 use argil::math::Control;
 use argil::scene::{Material, Modifier, Operator, Ramp, Scene, Shape};
@@ -319,7 +319,6 @@ impl Node {
     ) -> PyResult<Mesh> {
         let solid = self.solid(py)?;
         let bounds = bounds.map(box_from_python);
-        let margin = 2.5 * voxel_size;
         let options = MeshOptions {
             method: match method {
                 "mc" => MeshMethod::MarchingCubes,
@@ -342,15 +341,19 @@ impl Node {
             ..MeshOptions::default()
         };
         let output = work::run(py, progress.as_ref(), |control| {
-            let within = solid.mesh_box(bounds, voxel_size)?;
-            let within = if bounds.is_some() {
-                within
-            } else {
-                within.grown(margin)
+            let limits = solid.mesh_limits(bounds, voxel_size)?;
+            let cut;
+            let scene = match limits {
+                // What a box cuts is closed there.
+                Some(limits) => {
+                    let part = within(self.tree.clone(), limits);
+                    cut = part.to_scene().map_err(ToPython::to_python)?;
+                    &cut
+                }
+                None => &solid.scene,
             };
-            let world = solid
-                .world_within(Some(within), control)
-                .map_err(ToPython::to_python)?;
+            let engine = Engine::cpu().with_control(control);
+            let world = engine.build(scene).map_err(ToPython::to_python)?.field();
             world.mesh(&options).map_err(ToPython::to_python)
         })??;
         Ok(Mesh::new(output))
@@ -450,15 +453,19 @@ impl Node {
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let solid = self.solid(py)?;
-        let within = bounds.map(box_from_python);
+        let within_box = bounds.map(box_from_python);
         let is_own = path
             .extension()
             .is_some_and(|ending| ending.eq_ignore_ascii_case("argil"));
         work::run(py, progress.as_ref(), |control| {
-            let held = solid.finite_box(within)?;
+            let held = solid.finite_box(within_box)?;
             let engine = Engine::cpu().with_control(control);
+            let part = match within_box {
+                Some(limits) => Arc::new(within(self.tree.clone(), limits)),
+                None => self.tree.clone(),
+            };
             if is_own {
-                let mut scene = solid.scene.snapshot();
+                let mut scene = part.to_scene().map_err(ToPython::to_python)?;
                 scene.view.bounds = Some([held.min.to_array(), held.max.to_array()]);
                 let options = BricksOptions {
                     voxel_size: Some(voxel_size),
@@ -473,7 +480,7 @@ impl Node {
                     axis: [1.0, 0.0, 0.0],
                     degrees: 90.0,
                 },
-                inner: self.tree.clone(),
+                inner: part,
             };
             let mut scene = tree.to_scene().map_err(ToPython::to_python)?;
             let [low, high] = box_to_python(held);

@@ -303,6 +303,11 @@ impl Scene {
         self.edit(Edit::Transform { node: node.id, by }).map(|_| ())
     }
 
+    /// Forgets what could be undone.
+    fn forget_history(&self) {
+        locked(&self.scene).forget_history(0);
+    }
+
     fn undo(&self) -> bool {
         locked(&self.scene).undo().is_some()
     }

@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 use std::sync::OnceLock;
 
 /// Half of the box in which infinite solids are searched for an end.
-const SEARCHED: f32 = 1e4;
+const SEARCHED: f32 = 9e5;
 /// Boxes that each side of a solid's box may take.
 const MAX_LOOKS: usize = 8_000;
 /// Programs of more brushes keep the box that their nodes tell, because each look would evaluate all of them.
@@ -70,15 +70,19 @@ impl Solid {
         Ok(engine.build(&scene)?.field())
     }
 
-    /// Returns a box to mesh within: a given one, what the nodes tell if that is not much too large, or that of the
+    /// Returns the box to mesh within, if the box that the nodes tell is not good enough: a given one, or that of the
     /// surface.
     ///
     /// # Errors
     /// ValueError for a solid that is empty or has no end.
-    pub fn mesh_box(&self, given: Option<Aabb>, voxel_size: f32) -> Result<Aabb, PyErr> {
+    pub fn mesh_limits(&self, given: Option<Aabb>, voxel_size: f32) -> Result<Option<Aabb>, PyErr> {
         let told = self.world.program().aabb();
         let is_small = told.is_finite() && told.size().max_element() < MANY_VOXELS * voxel_size;
-        self.finite_box(given.or(is_small.then_some(told)))
+        if given.is_some() || is_small {
+            return Ok(given);
+        }
+        let own = self.finite_box(None)?;
+        Ok(Some(own.grown(2.5 * voxel_size)))
     }
 
     /// Returns the box to sample: a given one, or that of the surface.
@@ -126,12 +130,12 @@ fn surface_box(world: &World) -> Aabb {
     if told.is_empty() || program.brush_count() > MANY_BRUSHES {
         return told;
     }
-    let mut found = told.intersection(Aabb::centered(Vec3::splat(SEARCHED)));
-    if found.is_empty() {
-        return told;
-    }
+    let mut found = told;
     if !told.is_finite() {
-        found = shrunk(world, found);
+        found = shrunk(
+            world,
+            told.intersection(Aabb::centered(Vec3::splat(SEARCHED))),
+        );
         if found.is_empty() {
             return found;
         }

@@ -112,10 +112,16 @@ impl Materials {
 impl Tree {
     /// Describes what the solid consists of.
     pub fn description(&self) -> String {
-        let (mut shapes, mut last, mut open) = (0u64, "", vec![self]);
+        let (mut shapes, mut sampled, mut last, mut open) = (0u64, 0u64, "", vec![self]);
         while let Some(tree) = open.pop() {
             match tree {
-                Tree::Shape(shape) => (shapes, last) = (shapes + 1, shape.kind()),
+                Tree::Shape(shape) => {
+                    (shapes, last) = (shapes + 1, shape.kind());
+                    let is_sampled = shape
+                        .file()
+                        .is_some_and(|(name, ..)| name.starts_with("samples-"));
+                    sampled += u64::from(is_sampled);
+                }
                 Tree::Nodes { nodes, .. } => {
                     shapes += nodes
                         .iter()
@@ -133,9 +139,11 @@ impl Tree {
                 return "over 1000 shapes".to_owned();
             }
         }
-        match shapes {
-            1 if !last.is_empty() => format!("one shape, {last}"),
-            count => format!("{count} shapes"),
+        match (shapes, sampled) {
+            (1, 1) => "one shape of samples".to_owned(),
+            (1, _) if !last.is_empty() => format!("one shape, {last}"),
+            (count, 0) => format!("{count} shapes"),
+            (count, sampled) => format!("{count} shapes, {sampled} of samples"),
         }
     }
 
@@ -181,7 +189,7 @@ impl Tree {
                     visit(tree, &mut steps, &mut done, &mut materials);
                 }
                 Step::Modify(modifier) => with_top(&mut done, |desc| {
-                    desc.modifiers.push(modifier.clone());
+                    modify(&mut desc.modifiers, modifier);
                 }),
                 Step::Paint(material) => {
                     let name = materials.name_of(material);
@@ -247,6 +255,25 @@ fn visit<'a>(
             rename(&mut group, &renamed);
             done.push(group);
         }
+    }
+}
+
+/// Appends a modifier, or adds it to the last one if that moves along, or turns about, the same axis.
+fn modify(modifiers: &mut Vec<Modifier>, modifier: &Modifier) {
+    match (modifiers.last_mut(), modifier) {
+        (Some(Modifier::Translate { by }), Modifier::Translate { by: more }) => {
+            for (by, more) in by.iter_mut().zip(more) {
+                *by += more;
+            }
+        }
+        (
+            Some(Modifier::Rotate { axis, degrees }),
+            Modifier::Rotate {
+                axis: other,
+                degrees: more,
+            },
+        ) if axis == other => *degrees = (*degrees + more) % 360.0,
+        _ => modifiers.push(modifier.clone()),
     }
 }
 
@@ -345,6 +372,25 @@ pub fn of_scene(scene: &Scene) -> Tree {
             .iter()
             .map(|(name, material)| (name.clone(), *material))
             .collect(),
+    }
+}
+
+/// Returns the part of a solid in a box of a scene's axes.
+pub fn within(inner: Arc<Tree>, limits: argil::math::Aabb) -> Tree {
+    let limit = Tree::Modified {
+        modifier: Modifier::Translate {
+            by: limits.center().to_array(),
+        },
+        inner: Arc::new(Tree::Shape(Shape::cuboid((0.5 * limits.size()).to_array()))),
+    };
+    Tree::Join {
+        operator: Operator {
+            kind: OperatorKind::Intersect,
+            ..Operator::default()
+        },
+        ramp: None,
+        left: inner,
+        right: Arc::new(limit),
     }
 }
 

@@ -3,13 +3,32 @@
 use argil::math::Control;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// How often Python is asked for signals, and told of progress.
 const INTERVAL: Duration = Duration::from_millis(30);
+
+/// The threads of this process. A fork has none of its parent's, and makes its own.
+static THREADS: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+fn threads() -> Arc<ThreadPool> {
+    let mut threads = locked(&THREADS);
+    let process = std::process::id();
+    if let Some((owner, pool)) = &*threads
+        && *owner == process
+    {
+        return pool.clone();
+    }
+    let made = ThreadPoolBuilder::new().build();
+    let pool = Arc::new(made.unwrap_or_else(|error| panic!("no threads: {error}")));
+    // The parent's threads are not here to be ended.
+    std::mem::forget(threads.replace((process, pool.clone())));
+    pool
+}
 
 /// Runs work that a [`Control`] can cancel.
 ///
@@ -26,7 +45,8 @@ pub fn run<T: Send>(
         let (done, finished) = channel();
         let control = &control;
         let worker = scope.spawn(move || {
-            let result = catch_unwind(AssertUnwindSafe(|| work(control)));
+            let pool = threads();
+            let result = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(control))));
             // The receiver outlives this thread.
             let _ = done.send(());
             result
@@ -65,7 +85,8 @@ pub fn run<T: Send>(
 /// # Errors
 /// RuntimeError if the work panicked.
 pub fn run_short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let result = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
+    let pool = threads();
+    let result = py.detach(|| catch_unwind(AssertUnwindSafe(|| pool.install(work))));
     result.map_err(|panic| internal_error(&*panic))
 }
 

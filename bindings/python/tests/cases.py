@@ -10,6 +10,7 @@ import numpy as np
 
 Make = Callable[[Any], Any]
 
+
 #: Lopsided, so that no turn and no mirror image of it is itself. It does not reach the origin's axes everywhere.
 def body(s: Any) -> Any:
     return s.capsule((0.1, -0.3, 0.2), (0.6, 0.4, 0.7), 0.25).union(s.box((0.4, 0.6, 0.3), (0.3, 0.1, -0.2)), k=0.1)

@@ -11,9 +11,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(7)
+
 
 @pytest.fixture(scope="session")
 def fogleman() -> ModuleType:

@@ -1,6 +1,6 @@
 """Records what fogleman/sdf returns for the cases, for tests where it is not at hand.
 
-    python tests/record.py PATH_TO_FOGLEMAN_SDF
+python tests/record.py PATH_TO_FOGLEMAN_SDF
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 sys.path.insert(0, str(Path(__file__).parent))
 
-import cases  # noqa: E402
-import sdf  # noqa: E402
+import cases
+import sdf
 
 at = np.random.default_rng(11).uniform(-1.5, 1.5, (500, 3)).astype(np.float32)
 found = {"points": at}

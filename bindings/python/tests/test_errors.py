@@ -64,7 +64,7 @@ NAN, INF = float("nan"), float("inf")
         (lambda: sphere(1).mesh(1e-9), ValueError, "voxel"),
         (lambda: sphere(1).mesh(100), ValueError, "voxel"),
         (lambda: sphere(1).mesh(samples=0), ValueError, "samples"),
-        (lambda: sphere(1).mesh(samples=1e30), ValueError, "voxel"),
+        (lambda: sphere(1).mesh(samples=1e30), ValueError, "samples: 1e+30"),
         (lambda: sphere(1).mesh(0.1, method="abc"), ValueError, "dual contouring"),
         (lambda: sphere(1).mesh(0.1, bounds=((0, 0, 0), (0, 1, 1))), ValueError, "not below"),
         (lambda: sphere(1).mesh(0.1, bounds=3), ValueError, "bounds"),

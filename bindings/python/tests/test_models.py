@@ -167,6 +167,29 @@ def test_functions_that_fail_raise_their_own_exception() -> None:
         jumps().mesh(0.1)
 
 
+def test_bounds_cut_and_close() -> None:
+    half = sphere(1).mesh(0.05, bounds=((-2, -2, 0), (2, 2, 2)))
+    assert half.is_watertight and half.volume == pytest.approx(2 / 3 * math.pi, rel=0.01)
+    assert half.bounding_box[0][2] == pytest.approx(0, abs=0.01)
+    pipe = cylinder(1).mesh(0.05, bounds=((-2, -2, -1), (2, 2, 1)))
+    assert pipe.is_watertight and pipe.volume == pytest.approx(2 * math.pi, rel=0.01)
+    turned = sphere(1)
+    for nth in range(12):
+        turned = turned.rotate(0.7, (nth % 2, 1, nth % 3))
+    assert turned.mesh().volume == pytest.approx(4 / 3 * math.pi, rel=0.01)
+    assert box((50, 0.2, 0.2)).volume() == pytest.approx(2, rel=0.05)
+    far = sphere(1) | sphere(1).translate((0, 0, 2e4))
+    assert far.bounds[1][2] == pytest.approx(20001, rel=1e-3)
+    assert sphere(4e4).mesh(samples=1e5).is_watertight
+    assert sphere(1).blend(box(1), k=0).volume() == pytest.approx(sphere(1).volume(), rel=0.01)
+
+
+def test_profiles_are_no_solids() -> None:
+    for wrong in (lambda: Scene(circle(1)), lambda: sphere(1).transition_linear(circle(1)), lambda: Scene(5)):  # type: ignore[arg-type]
+        with pytest.raises(TypeError):
+            wrong()
+
+
 def test_letters_are_as_large_as_they_say() -> None:
     letters = argil.text(None, "Hello, world!", width=4)
     (x0, y0), (x1, y1) = letters.bounds

@@ -8,7 +8,6 @@ import argil
 import cases
 import numpy as np
 import pytest
-from argil import *  # noqa: F403
 from argil import box, capsule, cylinder, sphere, torus
 
 ALL = cases.SHAPES | cases.SURFACES | cases.OPERATORS | cases.DEFORMATIONS
@@ -97,7 +96,7 @@ def test_meshes_are_closed_and_on_the_surface(name: str) -> None:
     # The share of random points that are inside is the share of the box.
     at = np.random.default_rng(2).uniform(low, high, (40_000, 3))
     share = np.mean(solid.distance(at) < 0) * np.prod(np.subtract(high, low))
-    assert mesh.volume == pytest.approx(share, rel=0.1, abs=0.01)
+    assert mesh.volume == pytest.approx(share, rel=0.15, abs=0.01)
 
 
 def test_volumes_and_centers_are_those_of_the_solids() -> None:
@@ -152,8 +151,8 @@ def test_callables_return_columns_as_theirs() -> None:
 
 def test_sharp_edges_stay_with_dual_contouring() -> None:
     mesh = box(1).mesh(0.1, method="dc")
-    assert np.abs(mesh.vertices).max() == pytest.approx(0.5, abs=1e-4)
-    assert mesh.volume == pytest.approx(1, rel=1e-3)
+    assert np.abs(mesh.vertices).max() == pytest.approx(0.5, abs=1e-3)
+    assert mesh.volume == pytest.approx(1, rel=5e-3)
 
 
 def test_fewer_triangles_and_colors() -> None:

@@ -182,6 +182,10 @@ def test_solids_and_scenes_are_pickled(copied: object) -> None:
         assert np.array_equal(again.distance(at), solid.distance(at))
     smooth = copied(sphere(1).k(0.3))  # type: ignore[operator]
     assert (box(1) | smooth).distance(at) == pytest.approx((box(1) | sphere(1).k(0.3)).distance(at))
+    function = argil.SampledSDF3(lambda p: np.linalg.norm(p, axis=1) - 0.5)
+    assert copied(function).volume(0.05) == pytest.approx(function.volume(0.05))  # type: ignore[operator]
+    mesh = copied(sphere(1).mesh(0.2))  # type: ignore[operator]
+    assert mesh.volume == sphere(1).mesh(0.2).volume
     profile = copied(argil.hexagon(1))  # type: ignore[operator]
     assert np.array_equal(profile.distance(at[:, :2]), argil.hexagon(1).distance(at[:, :2]))
     scene = argil.Scene(knot())
@@ -204,6 +208,19 @@ def test_processes_take_solids() -> None:
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         found = pool.map(_measured, [sphere(1), knot()])
     assert found == pytest.approx([sphere(1).volume(0.05), knot().volume(0.05)])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX")
+def test_forks_work_after_their_parents_did() -> None:
+    import multiprocessing
+    import warnings
+
+    expected = sphere(1).volume(0.05)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            found = pool.map_async(_measured, [sphere(1), sphere(1)]).get(30)
+    assert found == pytest.approx([expected, expected])
 
 
 def test_importing_takes_no_numpy() -> None:

@@ -95,7 +95,14 @@ fn piece<R: Real>(
         // The parameter at the point's height: the root of a rising or falling parabola, without cancellation.
         let height = ay - y;
         let root = f32::sqrt((e1y * e1y - e2y * height).positive_part());
-        let s = (-height / (e1y + rising * root)).clamp_to(0.0, 1.0);
+        let descent = e1y + rising * root;
+        // Both are 0 at the height of a start that is level.
+        let s = if descent == 0.0 {
+            0.0
+        } else {
+            -height / descent
+        };
+        let s = s.clamp_to(0.0, 1.0);
         let crossing = ax + s * (2.0 * e1x + s * e2x);
         let crosses = (ay <= y) != (cy <= y) && crossing > x;
         sign[i] *= if crosses { -1.0 } else { 1.0 };

@@ -56,7 +56,9 @@ fn piece(x: f32, y: f32, w: u32, state: vec2<f32>) -> vec2<f32> {
     let e2y = ay - 2.0 * by + cy;
     let height = ay - y;
     let root = sqrt(max(e1y * e1y - e2y * height, 0.0));
-    let s = clamp(-height / (e1y + rising * root), 0.0, 1.0);
+    let descent = e1y + rising * root;
+    // Both are 0 at the height of a start that is level.
+    let s = clamp(select(-height / descent, 0.0, descent == 0.0), 0.0, 1.0);
     let crossing = ax + s * (2.0 * e1x + s * e2x);
     let crosses = ((ay <= y) != (cy <= y)) && (crossing > x);
     let sign = select(state.y, -state.y, crosses);

@@ -31,8 +31,8 @@ from ._load import load
 from ._mesh import Mesh
 from ._native import SceneError, __version__
 from ._operators import Material
-from ._output import sample_slice, show_slice
 from ._outlines import image, measure_image, measure_text, text
+from ._output import sample_slice, show_slice
 from ._scene import Bricks, EditReport, NodeInfo, Scene, SceneNode
 from ._sdf2 import (
     SDF2,
@@ -64,8 +64,8 @@ from ._sdf3 import (
     difference,
     dilate,
     dodecahedron,
-    elongate,
     ellipsoid,
+    elongate,
     erode,
     icosahedron,
     intersection,
@@ -154,14 +154,15 @@ def save(path: Any, solid: SDF3, *arguments: Any, **options: Any) -> None:
 
 
 __all__ = [
+    "ORIGIN",
+    "SDF2",
+    "SDF3",
+    "UP",
     "Bricks",
     "EditReport",
     "Material",
     "Mesh",
     "NodeInfo",
-    "ORIGIN",
-    "SDF2",
-    "SDF3",
     "SampledSDF2",
     "SampledSDF3",
     "Sampling",
@@ -169,7 +170,6 @@ __all__ = [
     "Scene",
     "SceneError",
     "SceneNode",
-    "UP",
     "X",
     "Y",
     "Z",
@@ -218,8 +218,8 @@ __all__ = [
     "np",
     "octahedron",
     "op2",
-    "op23",
     "op3",
+    "op23",
     "op32",
     "orient",
     "pi",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
 
@@ -13,7 +12,7 @@ def as_points(name: str, values: Any, width: int = 3) -> NDArray[Any]:
     """Returns an (N, width) array of float32 or float64 in C order.
 
     Arrays of these types in this order are taken as they are. Others are copied, and so are lists. What offers DLPack, as
-    tensors of PyTorch and JAX do, is read where it is. Points that are NaN or infinite stay so.
+    tensors of PyTorch and JAX do, is read where it is. Points that are NaN have distances that are NaN.
     """
     import numpy as np
 
@@ -30,4 +29,4 @@ def as_points(name: str, values: Any, width: int = 3) -> NDArray[Any]:
         raise ValueError(f"{name}: expected shape (N, {width}), not {array.shape}")
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
-    return np.ascontiguousarray(array)
+    return np.require(array, requirements=["C", "A"])

@@ -13,15 +13,24 @@ def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool 
     """Reads a solid from a file.
 
     Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb; holes are closed, and the solid is sampled at `resolution` places
-    along its longest side, from 16 to 512. Volumes: .vdb, .nvdb, .npy, .nrrd, at their own voxels. What has y up by definition,
+    along its longest side, from 16 to 512. Volumes: .vdb, .nvdb and .nrrd, at their own voxels, and
+    .npy, which holds neither the size of voxels, taken as 1, nor a place. What has y up by definition,
     .json and .glb, is turned, so that z points up. Scenes may name meshes in their folder, or anywhere if `external` is true.
 
     Raises SceneError or ValueError for what the file holds, and OSError if it cannot be read.
     """
     name = os.fspath(path)
+    if not os.path.isfile(name):
+        reason = "is a folder" if os.path.isdir(name) else "no such file"
+        raise (IsADirectoryError if os.path.isdir(name) else FileNotFoundError)(f"{name}: {reason}")
+    if not 16 <= resolution <= 512:
+        raise ValueError(f"resolution: {resolution} is not from 16 to 512")
     ending = os.path.splitext(name)[1].lower()
     if ending == ".json":
         return SDF3(_native.Scene.load(name, external, _output.progress_of(progress)).solid())
+    known = (*_output.MESHES, *_output.VOLUMES, ".json", ".grid")
+    if ending not in known:
+        raise ValueError(f"{name}: unknown extension; known are {', '.join(known)}")
     node = _native.Node.from_file(name, int(resolution), _output.progress_of(progress))
     solid = SDF3(node)
     # Everything else has the axes of these points.

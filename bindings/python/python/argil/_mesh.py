@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from ._sdf3 import Box
     from ._sdf3 import SDF3 as Solid3
+    from ._sdf3 import Box
 
 
 class Mesh:
@@ -37,8 +37,10 @@ class Mesh:
         """Makes a mesh of corners of shape (V, 3) and triangles of shape (T, 3)."""
         import numpy as np
 
-        corners = np.ascontiguousarray(vertices, dtype=np.float32)
-        indices = np.asarray(triangles)
+        from ._arrays import as_points
+
+        corners = np.ascontiguousarray(as_points("vertices", vertices), dtype=np.float32)
+        indices = np.asarray(np.from_dlpack(triangles) if hasattr(triangles, "__dlpack__") else triangles)
         if corners.ndim != 2 or corners.shape[1] != 3:
             raise ValueError(f"vertices: expected shape (V, 3), not {corners.shape}")
         if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu":
@@ -95,6 +97,8 @@ class Mesh:
     @property
     def bounding_box(self) -> Box:
         """The lowest and the highest corner of its box."""
+        if not len(self.vertices):
+            raise ValueError("the mesh is empty")
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         return (
             (float(low[0]), float(low[1]), float(low[2])),
@@ -107,12 +111,11 @@ class Mesh:
         low, high = self.bounding_box
         return high[0] - low[0], high[1] - low[1], high[2] - low[2]
 
-    def sdf(
-        self, voxel_size: float | None = None, half_width: float | None = None, *, resolution: int = 128
-    ) -> Solid3:
+    def sdf(self, voxel_size: float | None = None, half_width: float | None = None, *, resolution: int = 128) -> Solid3:
         """Returns the solid that the triangles enclose. Holes are closed.
 
-        It is sampled at `voxel_size`, or at `resolution` places along its longest side, from 16 to 512. `half_width` is
+        It is sampled at `voxel_size`, or at `resolution` places along its longest side, from 16 to 512: smaller voxels than 1/512 of it are not
+        made. `half_width` is
         accepted and changes nothing: distances are known everywhere.
         """
         del half_width
@@ -121,13 +124,17 @@ class Mesh:
         if voxel_size is not None:
             if not voxel_size > 0:
                 raise ValueError(f"voxel_size: {voxel_size} is not above 0")
-            resolution = max(16, round(max(self.size) / voxel_size))
+            resolution = min(max(16, round(max(self.size) / voxel_size)), 512)
         return SDF3(self._native.solid(resolution))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = 1.0) -> None:
         """Writes the triangles to an .stl, .obj, .ply, .glb or .3mf file, all lengths multiplied by `scale`."""
-        name = os.fspath(path)
-        self._native.save(name, name.lower().endswith(".glb"), float(scale))
+        from ._numbers import number
+
+        name, factor = os.fspath(path), number("scale", scale)
+        if factor <= 0:
+            raise ValueError(f"scale: {factor} is not above 0")
+        self._native.save(name, name.lower().endswith(".glb"), factor)
 
     def to_trimesh(self) -> Any:
         """Returns a `trimesh.Trimesh` with shared corners, normals and colors."""
@@ -156,6 +163,10 @@ class Mesh:
     def __repr__(self) -> str:
         count, corners = self._native.triangle_count, self._native.vertex_count
         return f"<argil.Mesh of {count:,} triangles and {corners:,} corners, voxels of {self.voxel_size:.4g}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Normals and colors are left out.
+        return Mesh.from_arrays, (self.vertices, self.triangles)
 
     def __len__(self) -> int:
         return self._native.triangle_count

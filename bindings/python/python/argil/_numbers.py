@@ -8,14 +8,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, SupportsFloat, TypeAlias, Union, cast
+from typing import Any, SupportsFloat, TypeAlias, cast
 
 from . import _native
 
 #: Three numbers: a tuple, a list or an array.
-Vector3: TypeAlias = Union[Sequence[SupportsFloat], Any]
+Vector3: TypeAlias = Sequence[SupportsFloat] | Any
 #: Two numbers: a tuple, a list or an array.
-Vector2: TypeAlias = Union[Sequence[SupportsFloat], Any]
+Vector2: TypeAlias = Sequence[SupportsFloat] | Any
 
 #: The largest length. Boxes, cylinders and extrusions of this length are infinite.
 ENDLESS = 1e6

@@ -11,7 +11,7 @@ from ._numbers import color_of, is_number, length, number
 from .ease import Ease, _pieces
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing import Self
 
 S = TypeVar("S", bound="Solid")
 
@@ -56,6 +56,8 @@ class Solid:
 
     __slots__ = ("_blend", "_lazy_node")
 
+    #: 2 or 3.
+    _axes_count: int
     _blend: float | None
     _lazy_node: _native.Node | None
 
@@ -99,16 +101,18 @@ class Solid:
         copy._blend = None if k is None else _radius(k)
         return copy
 
-    def _combined(
-        self, others: Sequence[Self], kind: str, k: float | None, profile: str = "smooth"
-    ) -> Self:
+    def _combined(self, others: Sequence[Self], kind: str, k: float | None, profile: str = "smooth") -> Self:
         node = self._node
         for other in others:
-            if type(other) is not type(self) and not isinstance(other, type(self)) and not isinstance(self, type(other)):
-                raise TypeError(f"cannot combine {type(self).__name__} with {type(other).__name__}")
-            # 0 means none, as in fogleman/sdf.
-            node = node.joined(other._node, kind, _radius(k or other._blend or 0.0), profile, 0.0, None)
+            self._check_alike(other)
+            own = other._blend if k is None else k
+            node = node.joined(other._node, kind, _radius(own or 0.0), profile, 0.0, None)
         return self._of(node)
+
+    def _check_alike(self, other: Any) -> None:
+        """Raises TypeError for what has other dimensions, or is no solid."""
+        if not (isinstance(other, Solid) and other._axes_count == self._axes_count):
+            raise TypeError(f"cannot combine {type(self).__name__} with {type(other).__name__}")
 
     def union(self, *others: Self, k: float | None = None, chamfer: float | None = None) -> Self:
         """Joins solids, in order. `k` is the blend radius, and `chamfer` makes a flat face of that radius instead.
@@ -137,7 +141,8 @@ class Solid:
         """Interpolates the distances: k = 0 is this solid, and k = 1 the other one."""
         node = self._node
         for other in others:
-            share = number("k", k or other._blend)
+            self._check_alike(other)
+            share = number("k", k)
             if not 0.0 <= share <= 1.0:
                 raise ValueError(f"k: {share} is not from 0 to 1")
             node = node.joined(other._node, "morph", 0.0, "smooth", share, None)
@@ -148,6 +153,7 @@ class Solid:
         return self._combined(others, "paint", k)
 
     def _morphed(self, other: Self, ramp: dict[str, Any]) -> Self:
+        self._check_alike(other)
         return self._of(self._node.joined(other._node, "morph", 0.0, "smooth", 1.0, json.dumps(ramp)))
 
     def negate(self) -> Self:

@@ -107,9 +107,7 @@ def _scaled(aspect: float, width: float | None, height: float | None) -> tuple[f
     return width, height
 
 
-def measure_text(
-    name: str | None, text: str, width: float | None = None, height: float | None = None
-) -> tuple[float, float]:
+def measure_text(name: str | None, text: str, width: float | None = None, height: float | None = None) -> tuple[float, float]:
     """Returns width and height of what `text` returns."""
     _, (x0, y0, x1, y1) = _letters(name, text)
     return _scaled((x1 - x0) / (y1 - y0), width, height)
@@ -164,9 +162,7 @@ def measure_image(thing: Any, width: float | None = None, height: float | None =
     return _scaled(mask.shape[1] / mask.shape[0], width, height)
 
 
-def image(
-    thing: Any, width: float | None = None, height: float | None = None, pixels: int | None = None
-) -> SDF2:
+def image(thing: Any, width: float | None = None, height: float | None = None, pixels: int | None = None) -> SDF2:
     """Returns the bright part of an image as a profile around the origin, `width` wide or `height` high.
 
     `thing` is the path of an image, read by Pillow, or an array: of booleans, of numbers from 0 to 1, or of bytes. Pixels of

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import _native
-from ._numbers import number, to_scene, vector3
+from ._numbers import number, to_scene, vector2, vector3
 
 if TYPE_CHECKING:
     import numpy as np
@@ -76,12 +76,13 @@ def _voxel_size(solid: SDF3, voxel_size: Any, samples: Any, box: list[list[float
     if samples is None:
         raise ValueError("samples: a number is needed where no voxel size is given")
     count = number("samples", samples)
-    if count < 1:
-        raise ValueError(f"samples: {count} is not above 0")
+    if not 1 <= count <= 2**33:
+        raise ValueError(f"samples: {count:g} is not from 1 to 2³³")
     low, high = box if box is not None else solid._node.finite_bounds()
     volume = math.prod(b - a for a, b in zip(low, high, strict=True))
     longest = max(b - a for a, b in zip(low, high, strict=True))
-    return (max(volume, (1e-4 * longest) ** 3) / count) ** (1 / 3)
+    # At least ten voxels along the longest side, and as many as a mesh can have at most.
+    return min(max((volume / count) ** (1 / 3), longest / 3500), longest / 10)
 
 
 def mesh(
@@ -102,9 +103,11 @@ def mesh(
         raise ValueError(f"max_triangles: {max_triangles} is not above 3")
     size = _voxel_size(solid, voxel_size, samples, box)
     with_colors = solid._node.has_materials if colors is None else bool(colors)
-    native = solid._node.mesh(
-        size, box, method, max_triangles, bool(normals), with_colors, progress_of(progress)
-    )
+    native = solid._node.mesh(size, box, method, max_triangles, bool(normals), with_colors, progress_of(progress))
+    if not native.triangle_count:
+        # Raises ValueError for a solid that is empty.
+        solid._node.finite_bounds()
+        raise ValueError(f"no part of the solid is as large as a voxel of {size:.4g}: pass a smaller voxel_size")
     return Mesh(native)
 
 
@@ -138,6 +141,8 @@ def save(
     if options:
         raise TypeError(f"save: unexpected arguments for {ending}: {', '.join(options)}")
     if ending == ".json":
+        if size is not None or bounds is not None:
+            raise TypeError("save: a scene file has neither a step nor bounds")
         solid._node.save_scene(name)
         return
     box = checked_box(bounds)
@@ -183,8 +188,7 @@ def _picture_options(options: dict[str, Any]) -> str:
     values["show"] = str(options.get("show", "shaded"))
     values["ground"] = bool(options.get("ground", False))
     if options.get("sun") is not None:
-        azimuth, elevation = options["sun"]
-        values["sun"] = [number("sun[0]", azimuth), number("sun[1]", elevation)]
+        values["sun"] = list(vector2("sun", options["sun"]))
     if options.get("samples") is not None:
         values["samples"] = int(options["samples"])
     if options.get("bounds") is not None:
@@ -208,7 +212,10 @@ def render(solid: Any, size: Sequence[int], options: dict[str, Any]) -> NDArray[
 
 
 def save_picture(solid: Any, path: str | os.PathLike[str], size: Sequence[int], options: dict[str, Any]) -> None:
-    _native.write_png(os.fspath(path), render(solid, size, options))
+    name = os.fspath(path)
+    if not name.lower().endswith(".png"):
+        raise ValueError(f"{name}: a picture is a .png file")
+    _native.write_png(name, render(solid, size, options))
 
 
 def turntable(
@@ -227,7 +234,9 @@ def turntable(
     name = os.fspath(path)
     if not name.lower().endswith(".gif"):
         raise ValueError(f"{name}: a turntable is a .gif file")
-    azimuth, elevation, distance = options.pop("camera", (30.0, 20.0, 3.6))
+    if options.get("eye") is not None or options.get("target") is not None:
+        raise TypeError("turntable: it turns around the solid: pass camera=, and not eye and target")
+    azimuth, elevation, distance = vector3("camera", options.pop("camera", None) or (30.0, 20.0, 3.6))
     pictures = []
     for nth in range(count):
         camera = (azimuth + 360.0 * nth / count, elevation, distance)
@@ -300,7 +309,7 @@ def sample_slice(
     return values, extent, "XYZ"[across] + "XYZ"[up]
 
 
-def show_slice(solid: SDF3, abs: bool = False, **options: Any) -> None:  # noqa: A002
+def show_slice(solid: SDF3, abs: bool = False, **options: Any) -> None:
     """Plots distances in a plane by matplotlib. `abs` shows them without their sign."""
     import matplotlib.pyplot as plt
     import numpy as np

@@ -60,6 +60,7 @@ class Scene:
         self._native = _native.Scene()
         if solid is not None:
             self.add(solid)
+            self._native.forget_history()
 
     @classmethod
     def _of(cls, native: _native.Scene) -> Scene:
@@ -77,7 +78,10 @@ class Scene:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a scene file, .json, which has y up: the solid is turned."""
-        self._native.save(os.fspath(path))
+        name = os.fspath(path)
+        if not name.lower().endswith(".json"):
+            raise ValueError(f"{name}: a scene file is a .json file")
+        self._native.save(name)
 
     def add(
         self,
@@ -90,6 +94,8 @@ class Scene:
         parent: SceneNode | None = None,
     ) -> SceneNode:
         """Appends a solid, which joins ("union"), cuts ("difference"), limits ("intersection") or paints what is before it."""
+        if not isinstance(solid, SDF3):
+            raise TypeError(f"expected a solid, not {solid!r}")
         blend, profile = _blend(solid._blend if k is None else k, chamfer)
         return self._native.add(solid._node, _operator(operator), blend, profile, name, parent)
 
@@ -204,6 +210,9 @@ class Scene:
         count = int(number("resolution", resolution))
         if not 8 <= count <= 1 << 22:
             raise ValueError(f"resolution: {count} is not from 8 to {1 << 22}")
+        if bounds is None and self._native.brush_count:
+            # An infinite scene needs a box.
+            self._native.solid().finite_bounds()
         native = self._native.bricks(count, size, _output.checked_box(bounds), _output.progress_of(progress))
         return Bricks(self, native)
 
@@ -341,7 +350,10 @@ class Bricks:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the bricks and their scene to an .argil file."""
-        self._native.save(os.fspath(path))
+        name = os.fspath(path)
+        if not name.lower().endswith(".argil"):
+            raise ValueError(f"{name}: bricks are saved as an .argil file")
+        self._native.save(name)
 
     def diff_from_rebuild(self) -> int | None:
         """Counts the cells that differ from bricks that are built from nothing: 0, unless there is a fault."""

@@ -55,6 +55,7 @@ class SDF2(Solid):
     """
 
     __slots__ = ()
+    _axes_count = 2
 
     def distance(self, points: ArrayLike) -> NDArray[np.float32]:
         """Returns the signed distance of each point: shape (N,) for points of shape (N, 2), in single precision."""
@@ -96,7 +97,7 @@ class SDF2(Solid):
         return f"<argil.SDF2 of {_output.described(self)}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _output.rebuilt, (type(self).__name__, *self._node.to_json(), self._blend)
+        return _output.rebuilt, ("SDF2", *self._node.to_json(), self._blend)
 
     def __getattr__(self, name: str) -> Any:
         if name in _operators:
@@ -221,9 +222,7 @@ def rectangle(
     return _placed(shape("box", half_size=[*half(size2("size", size)), ENDLESS]), center)
 
 
-def rounded_rectangle(
-    size: Vector2 | SupportsFloat, radius: Sequence[float] | float, center: Vector2 = _ORIGIN
-) -> SDF2:
+def rounded_rectangle(size: Vector2 | SupportsFloat, radius: Sequence[float] | float, center: Vector2 = _ORIGIN) -> SDF2:
     """Rectangle with rounded corners: one radius, or those at right top, right bottom, left bottom and left top."""
     width, height = half(size2("size", size))
     if is_number(radius):

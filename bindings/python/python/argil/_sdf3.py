@@ -15,7 +15,6 @@ from ._numbers import (
     Vector3,
     half,
     is_number,
-    length,
     lying,
     modified,
     number,
@@ -60,6 +59,7 @@ class SDF3(Solid):
     """
 
     __slots__ = ()
+    _axes_count = 3
 
     # Questions.
 
@@ -82,9 +82,7 @@ class SDF3(Solid):
 
         Both are NaN where there is none within `max_distance`. No other point is closer by more than 1 % of the distance.
         """
-        found = self._node.closest_points(
-            as_points("points", points), float(max_distance), _output.progress_of(progress)
-        )
+        found = self._node.closest_points(as_points("points", points), float(max_distance), _output.progress_of(progress))
         return found[:, :3], found[:, 3]
 
     def cast_rays(
@@ -151,14 +149,12 @@ class SDF3(Solid):
         """Returns the surface as triangles with shared corners, which lie on the exact surface.
 
         `voxel_size` is the distance between samples; without it, `samples` fill the box of the solid. `bounds` cuts the
-        solid off. `method` is "mc" for marching cubes, whose meshes are closed and manifold, or "dc" for dual contouring,
+        solid off, and the cut is closed. `method` is "mc" for marching cubes, whose meshes are closed and manifold, or "dc" for dual contouring,
         which keeps sharp edges. `max_triangles` simplifies. Colors are left out if nothing is painted, unless asked for.
 
         Raises ValueError if the solid is empty or has no end, or if there would be too many voxels, and MemoryError.
         """
-        return _output.mesh(
-            self, voxel_size, samples, bounds, method, max_triangles, normals, colors, progress
-        )
+        return _output.mesh(self, voxel_size, samples, bounds, method, max_triangles, normals, colors, progress)
 
     def generate(
         self,
@@ -203,9 +199,7 @@ class SDF3(Solid):
         """
         _output.save(self, path, step, bounds, samples, verbose, progress, options)
 
-    def voxels(
-        self, resolution: int = 128, *, bounds: Box | None = None, progress: Any = None
-    ) -> NDArray[np.float32]:
+    def voxels(self, resolution: int = 128, *, bounds: Box | None = None, progress: Any = None) -> NDArray[np.float32]:
         """Returns distances on a grid: an array [x, y, z] with `resolution` samples along the longest side.
 
         Samples lie in the middle of voxels. `bounds` is the box of the voxels; without it, the solid's box and two voxels.
@@ -268,7 +262,7 @@ class SDF3(Solid):
         return f"<argil.SDF3 of {_output.described(self)}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _output.rebuilt, (type(self).__name__, *self._node.to_json(), self._blend)
+        return _output.rebuilt, ("SDF3", *self._node.to_json(), self._blend)
 
     def __getattr__(self, name: str) -> Any:
         if name in _operators:
@@ -360,8 +354,7 @@ class SDF3(Solid):
         turns = np.broadcast_to(np.asarray(degrees, dtype=float), len(at))
         sizes = np.broadcast_to(np.asarray(scales, dtype=float), len(at))
         poses = [
-            [*to_scene([float(c) for c in p]), float(turn), float(size)]
-            for p, turn, size in zip(at, turns, sizes, strict=True)
+            [*to_scene([float(c) for c in p]), float(turn), float(size)] for p, turn, size in zip(at, turns, sizes, strict=True)
         ]
         return self._of(modified(self._node, "instances", poses=poses))
 
@@ -390,9 +383,7 @@ class SDF3(Solid):
         ramp = ramp_with_radius(number("r0", r0), number("r1", r1), e)
         return self._of(modified(self._node, "shift", by=[0.0, number("dz", dz), 0.0], along=ramp))
 
-    def transition_linear(
-        self, f1: SDF3, p0: Vector3 = (0, 0, -1), p1: Vector3 = _UP, e: Ease = linear
-    ) -> SDF3:
+    def transition_linear(self, f1: SDF3, p0: Vector3 = (0, 0, -1), p1: Vector3 = _UP, e: Ease = linear) -> SDF3:
         """Morphs into another solid from `p0` to `p1`."""
         ramp = ramp_along(to_scene(vector3("p0", p0)), to_scene(vector3("p1", p1)), e)
         return self._morphed(f1, ramp)
@@ -447,11 +438,13 @@ def _paired(origins: Any, directions: Any) -> tuple[Any, Any]:
 
     both = []
     for name, values in (("origins", origins), ("directions", directions)):
+        if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
+            values = np.from_dlpack(values)
         array = np.asarray(values)
         both.append(as_points(name, array.reshape(1, -1) if array.ndim == 1 and array.size == 3 else values))
     starts, ways = both
     if len(starts) != len(ways) and 1 in (len(starts), len(ways)):
-        count = max(len(starts), len(ways))
+        count = len(ways) if len(starts) == 1 else len(starts)
         starts, ways = (np.ascontiguousarray(np.broadcast_to(a, (count, 3))) for a in (starts, ways))
     return starts, ways
 
@@ -567,9 +560,7 @@ def capped_cylinder(a: Vector3, b: Vector3, radius: float) -> SDF3:
 
 def rounded_cylinder(ra: float, rb: float, h: float) -> SDF3:
     """Cylinder about z of radius `ra` and height `h`, whose rims have the radius `rb`."""
-    node = shape(
-        "cylinder", radius=number("ra", ra), half_height=0.5 * number("h", h), rounding=number("rb", rb)
-    )
+    node = shape("cylinder", radius=number("ra", ra), half_height=0.5 * number("h", h), rounding=number("rb", rb))
     return SDF3(node)
 
 
@@ -587,9 +578,7 @@ def capped_cone(a: Vector3, b: Vector3, ra: float, rb: float) -> SDF3:
 
 def rounded_cone(r1: float, r2: float, h: float) -> SDF3:
     """Hull of a sphere of radius `r1` at the origin and one of radius `r2` above it at `h`."""
-    node = shape(
-        "round_cone", bottom_radius=number("r1", r1), top_radius=number("r2", r2), height=number("h", h)
-    )
+    node = shape("round_cone", bottom_radius=number("r1", r1), top_radius=number("r2", r2), height=number("h", h))
     return SDF3(node)
 
 

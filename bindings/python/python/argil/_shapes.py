@@ -95,9 +95,7 @@ def bezier_tube(a: Vector3, control: Vector3, b: Vector3, ra: float, rb: float |
     start, middle, end = (to_scene(vector3(n, p)) for n, p in (("a", a), ("control", control), ("b", b)))
     first = number("ra", ra)
     last = first if rb is None else number("rb", rb)
-    return SDF3(
-        shape("bezier_tube", **{"from": start, "control": middle, "to": end, "from_radius": first, "to_radius": last})
-    )
+    return SDF3(shape("bezier_tube", **{"from": start, "control": middle, "to": end, "from_radius": first, "to_radius": last}))
 
 
 def spline_tube(points: Sequence[Vector3], radii: Sequence[float] | float) -> SDF3:
