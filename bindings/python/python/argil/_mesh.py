@@ -40,7 +40,7 @@ class Mesh:
         from ._arrays import as_points
 
         corners = np.ascontiguousarray(as_points("vertices", vertices), dtype=np.float32)
-        indices = np.asarray(np.from_dlpack(triangles) if hasattr(triangles, "__dlpack__") else triangles)
+        indices = np.asarray(np.from_dlpack(triangles) if hasattr(triangles, "__dlpack__") else triangles)  # type: ignore[arg-type]
         if corners.ndim != 2 or corners.shape[1] != 3:
             raise ValueError(f"vertices: expected shape (V, 3), not {corners.shape}")
         if indices.ndim != 2 or indices.shape[1] != 3 or indices.dtype.kind not in "iu":

@@ -7,6 +7,22 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Bricks",
+    "Mesh",
+    "Node",
+    "Scene",
+    "SceneError",
+    "SceneNode",
+    "__version__",
+    "encode_png",
+    "image_profile",
+    "sample_function",
+    "text_outlines",
+    "write_gif",
+    "write_png",
+]
+
 __version__: str
 
 _Box: TypeAlias = tuple[list[float], list[float]] | Sequence[Sequence[float]]
