@@ -54,35 +54,26 @@ fn system_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a 
     None
 }
 
-macro_rules! as_value_errors {
-    ($($error:ty),*) => {$(
+/// Raises OSError where the system failed, and `other` elsewhere.
+fn system_error_or(error: &(dyn std::error::Error + 'static), other: fn(String) -> PyErr) -> PyErr {
+    let text = texts(error);
+    match system_error(error) {
+        Some(error) => of_system(error, text),
+        None => other(text),
+    }
+}
+
+macro_rules! raised_as {
+    ($raised:ty: $($error:ty),* $(,)?) => {$(
         impl ToPython for $error {
             fn to_python(self) -> PyErr {
-                let text = texts(&self);
-                match system_error(&self) {
-                    Some(error) => of_system(error, text),
-                    None => PyValueError::new_err(text),
-                }
+                system_error_or(&self, <$raised>::new_err)
             }
         }
     )*};
 }
 
-macro_rules! as_scene_errors {
-    ($($error:ty),*) => {$(
-        impl ToPython for $error {
-            fn to_python(self) -> PyErr {
-                let text = texts(&self);
-                match system_error(&self) {
-                    Some(error) => of_system(error, text),
-                    None => SceneError::new_err(text),
-                }
-            }
-        }
-    )*};
-}
-
-as_value_errors!(
+raised_as!(PyValueError:
     ValidationError,
     MeshReadError,
     RenderError,
@@ -92,7 +83,7 @@ as_value_errors!(
     std::io::Error,
     argil::ImageFileError
 );
-as_scene_errors!(FileError, MeshFileError, EditError);
+raised_as!(SceneError: FileError, MeshFileError, EditError);
 
 impl ToPython for BuildError {
     fn to_python(self) -> PyErr {
@@ -111,13 +102,7 @@ impl ToPython for MeshError {
     fn to_python(self) -> PyErr {
         match self {
             Self::Build(error) => error.to_python(),
-            error => {
-                let text = texts(&error);
-                match system_error(&error) {
-                    Some(error) => of_system(error, text),
-                    None => PyValueError::new_err(text),
-                }
-            }
+            error => system_error_or(&error, PyValueError::new_err),
         }
     }
 }

@@ -132,11 +132,6 @@ impl Node {
         })
     }
 
-    /// Builds the field now, which finds every error.
-    fn check(&self, py: Python<'_>) -> PyResult<()> {
-        self.solid(py).map(|_| ())
-    }
-
     /// Reads a solid from a file: a mesh, a volume, or a heightmap's image.
     #[staticmethod]
     #[pyo3(signature = (path, resolution, progress=None))]

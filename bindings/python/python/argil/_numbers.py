@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, SupportsFloat, TypeAlias, cast
+from typing import Any, SupportsFloat, TypeAlias
 
 from . import _native
 
@@ -160,8 +160,3 @@ _NAMED_COLORS = {
     "gray": "8a8a8a", "green": "4f8f4a", "orange": "d9762b", "pink": "d98aa6", "purple": "7a56a6",
     "red": "b8352f", "sand": "d2b48c", "stone": "b9b3a6", "white": "ededea", "yellow": "e0c341",
 }  # fmt: skip
-
-
-def as_float_list(values: Any) -> list[float]:
-    """Returns numbers of an array as a list."""
-    return cast("list[float]", [float(value) for value in values])

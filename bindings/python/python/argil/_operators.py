@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from . import _native
 from ._numbers import color_of, is_number, length, number
@@ -12,8 +12,6 @@ from .ease import Ease, _pieces
 
 if TYPE_CHECKING:
     from typing import Self
-
-S = TypeVar("S", bound="Solid")
 
 
 class Material:
@@ -218,10 +216,3 @@ def counts(count: Any, spacing: Sequence[float], name: str = "count") -> list[in
             raise ValueError(f"{name}[{i}]: {part} is not a count")
         result.append(1 if step == 0 else 2 * int(sides) + 1)
     return result
-
-
-class _Registry(Generic[S]):
-    """Operators that users add: `@op2` and `@op3`."""
-
-    def __init__(self) -> None:
-        self.functions: dict[str, Any] = {}
