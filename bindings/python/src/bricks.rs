@@ -130,15 +130,12 @@ impl Bricks {
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let options: PictureOptions = parsed(options)?;
-        let image = work::run(py, progress.as_ref(), |control| {
+        let rgb = work::run(py, progress.as_ref(), |control| {
             let mut world = locked(&self.world);
             world.set_control(control);
-            let (camera, settings) = options.settings(&world, [width, height])?;
-            world
-                .render(&camera, &settings)
-                .map_err(ToPython::to_python)
+            pictures::rendered(&world, &options, [width, height])
         })??;
-        pictures::array(py, image.size, image.rgb)
+        pictures::array(py, [width, height], rgb)
     }
 
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {

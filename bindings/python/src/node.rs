@@ -414,19 +414,16 @@ impl Node {
         let solid = self.solid(py)?;
         let options: PictureOptions = parsed(options)?;
         let seen = options.seen();
-        let image = work::run(py, progress.as_ref(), |control| {
+        let rgb = work::run(py, progress.as_ref(), |control| {
             if seen.is_none() {
                 solid.finite_box(None)?;
             }
             let world = solid
                 .world_within(seen, control)
                 .map_err(ToPython::to_python)?;
-            let (camera, settings) = options.settings(&world, [width, height])?;
-            world
-                .render(&camera, &settings)
-                .map_err(ToPython::to_python)
+            pictures::rendered(&world, &options, [width, height])
         })??;
-        pictures::array(py, image.size, image.rgb)
+        pictures::array(py, [width, height], rgb)
     }
 
     /// Writes a scene file.

@@ -73,6 +73,16 @@ impl PictureOptions {
     }
 }
 
+/// Renders a world.
+///
+/// # Errors
+/// Returns the settings' and the renderer's errors.
+pub fn rendered(world: &World, options: &PictureOptions, size: [u32; 2]) -> PyResult<Vec<u8>> {
+    let (camera, settings) = options.settings(world, size)?;
+    let image = world.render(&camera, &settings);
+    image.map(|image| image.rgb).map_err(ToPython::to_python)
+}
+
 /// Returns a picture as an array.
 pub fn array<'py>(
     py: Python<'py>,
