@@ -5,6 +5,9 @@ use crate::scalar::{LANES, Real, sin_cos};
 use argil_abi::WRAP_TRUSTED;
 use std::f32::consts::TAU;
 
+// A scene tells the steepness down to this radius, so the evaluation must not trust distances further in.
+const _: () = assert!(WRAP_TRUSTED == argil_scene::WRAP_TRUSTED);
+
 /// Words of a ramp before its curve: 0 for a line or 1 for a radius, and four factors. A line's value is a · x + b · y
 /// + c · z + d, and a radius's is a · r + b.
 pub(crate) const RAMP_WORDS: usize = 5;

@@ -63,7 +63,7 @@ pub use keyframe::{AxisAngle, Ease, Keyframe};
 pub use loaded_grid::LoadedGrid;
 pub use margins::MarginRequest;
 pub use material::Material;
-pub use modified_region::wrap_core;
+pub use modified_region::{WRAP_TRUSTED, wrap_core};
 pub use modifier::{Modifier, half_angle_about_y, twist_stretch};
 pub use morph_ramp::MorphRamp;
 pub use node::{Node, NodeId};

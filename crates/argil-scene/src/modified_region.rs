@@ -36,7 +36,7 @@ pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
 }
 
 /// The share of the radius of [`wrap_core`] down to which the distances around a wrapped solid are used.
-pub(crate) const WRAP_TRUSTED: f32 = 0.75;
+pub const WRAP_TRUSTED: f32 = 0.75;
 
 /// Returns the radius around the axis within which a wrapped solid is cut off, given the content's box: a little less
 /// than where it begins, or a small part of the radius if it reaches the axis.
