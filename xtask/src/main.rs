@@ -1,6 +1,7 @@
 //! `cargo xtask`: a small program, because it is compiled separately. Checks run Rust's tools. Other tasks are a
 //! program that is built with the workspace and shares its compiled crates.
 
+mod mitsuba;
 mod python;
 mod test;
 
@@ -12,6 +13,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test      check everything that CI checks: format, lints, spelling, licenses, tests, documentation, page; install what that needs where it can
   web       build the editor's page into target/page; with `serve [PORT]`, serve it on this machine; with `test`, drive it in Chromium
   python    build the Python wheel into target/wheels, and test what it installs, in an environment of its own
+  compare-mitsuba  compare path-traced stills with those of Mitsuba 3, in an environment of its own; not a part of `test`
   generate  write the files that come from code: the scene schema, the WGSL of shared structs, the README of each crate";
 
 fn main() -> anyhow::Result<()> {
@@ -19,6 +21,7 @@ fn main() -> anyhow::Result<()> {
     match arguments.first().map(String::as_str) {
         Some("test") => test::run_all(),
         Some("python") => python::run_all(),
+        Some("compare-mitsuba") => mitsuba::run_all(),
         Some("web" | "generate") => chore(&[], &arguments),
         _ => bail!(USAGE),
     }

@@ -18,7 +18,7 @@ const MAX_WHEEL_BYTES: u64 = 12 << 20;
 pub(crate) fn run_all() -> anyhow::Result<()> {
     let manifest = format!("{PACKAGE}/Cargo.toml");
     run("cargo", &["fmt", "--manifest-path", &manifest, "--check"])?;
-    let python = environment()?;
+    let python = environment(ENVIRONMENT)?;
     let pip = |arguments: &[&str]| {
         let all = [
             &[
@@ -121,8 +121,9 @@ fn built(python: &str) -> anyhow::Result<String> {
 }
 
 /// Creates the environment, and returns its Python.
-fn environment() -> anyhow::Result<String> {
-    let folder = root().join(ENVIRONMENT);
+/// Returns the Python of an environment in a folder, which is created if it is missing.
+pub(crate) fn environment(folder: &str) -> anyhow::Result<String> {
+    let folder = root().join(folder);
     let python = python_of(&folder);
     if python.exists() {
         return Ok(python.to_string_lossy().into_owned());

@@ -6,19 +6,10 @@ use std::path::{Path, PathBuf};
 use xtask::apt::{install, quietly, quietly_with};
 use xtask::{LINT_WHILE_COMPILING, chore, root, run, run_with};
 
-const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked"];
+const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 
-/// What is compiled only if it is asked for.
-const ZARR: [&str; 8] = [
-    "nextest",
-    "run",
-    "--locked",
-    "--package",
-    "argil",
-    "--features",
-    "zarr",
-    "--test=zarr",
-];
+/// What is left out, unless it is asked for.
+const WORLD: &str = "--features=argil-cli/world,argil/zarr";
 
 /// Packages without public documentation: programs, and their tests and tasks.
 const NOT_DOCUMENTED: &[&str] = &[
@@ -49,7 +40,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     forget_packages();
     run("cargo", &packages())?;
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
-    compiled(&["build", "--workspace", "--all-targets", "--locked"])?;
+    compiled(&["build", "--workspace", "--all-targets", "--locked", WORLD])?;
     compiled(&[
         "check",
         "--package",
@@ -61,7 +52,6 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     ensure_gpu()?;
     ensure_openvdb()?;
     compiled(&[TESTS, &["--no-fail-fast"]].concat())?;
-    compiled(&ZARR)?;
     compiled(&["test", "--workspace", "--locked", "--doc"])?;
     run("cargo", &documentation())?;
     chore(LINT_WHILE_COMPILING, &["web", "test"])?;

@@ -48,6 +48,10 @@ pub(crate) fn seconds(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected seconds, from 0 to 86400".into())
 }
 
+pub(crate) fn light(text: &str) -> Result<f32, String> {
+    positive(text).map_err(|_| "expected an amount of light above 0".into())
+}
+
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text
         .split_once(['x', 'X'])

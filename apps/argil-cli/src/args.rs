@@ -5,6 +5,9 @@ use crate::arg_values::{
     voxels,
 };
 use crate::representation_parser::RepresentationsExcept;
+use crate::still_args::StillArgs;
+#[cfg(feature = "world")]
+use crate::world_args::WorldArgs;
 use argil::gpu::{BrickOrdering, DenseFill};
 use argil::mesh::UpAxis;
 use argil::render::{LookupStart, NormalSource, RenderMode};
@@ -46,14 +49,21 @@ pub(crate) enum CliCommand {
     Studio(Companion),
     /// List the devices of this machine, and which one --device auto selects
     Devices(Devices),
+    /// Bake a world as tiles in a folder or an object store, with any number of workers
+    #[cfg(feature = "world")]
+    World(WorldArgs),
     /// Print the JSON schema of scene files
     Schema,
 }
 
 #[derive(Args)]
 pub(crate) struct RenderArgs {
-    /// A scene file, or a volume file from `argil bake`
+    /// A scene file, a volume file from `argil bake`, or a world from `argil world`: its folder, or the address of its manifest
     pub scene: PathBuf,
+    /// Levels of a scene: take pages from the world of `argil world` in this folder or object store, as far as it has them
+    #[cfg(feature = "world")]
+    #[arg(long, value_name = "ADDRESS")]
+    pub store: Option<String>,
     /// Output image [default: the scene's name with .png, in this folder]. With --frames, a number is added
     #[arg(short, long, value_name = "PNG")]
     pub output: Option<PathBuf>,
@@ -62,6 +72,8 @@ pub(crate) struct RenderArgs {
     pub via: Option<Representation>,
     #[command(flatten)]
     pub volume: VolumeArgs,
+    #[command(flatten)]
+    pub still: StillArgs,
     #[command(flatten)]
     pub on: DeviceArgs,
     /// Image size in pixels
@@ -86,9 +98,6 @@ pub(crate) struct RenderArgs {
     /// Levels: milliseconds for baking after each frame, with whatever is resident [default: until nothing is missing]
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = positive, requires = "frames")]
     pub fill_ms: Option<f32>,
-    /// Rays per pixel [default: 4 for shaded images, else 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub samples: Option<u32>,
     /// Maximum steps per primary ray [default: 256 for the field, 4096 for volumes; at most 50000 on a software GPU]. An octree
     /// look-up in progress is always completed
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]

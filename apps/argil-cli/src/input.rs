@@ -22,6 +22,17 @@ pub(crate) fn engine(on: &DeviceArgs) -> anyhow::Result<Engine> {
     Ok(crate::progress::watched(engine))
 }
 
+/// Whether an input is the manifest of a world, or its folder or address.
+pub(crate) fn is_stored_world(input: &Path) -> bool {
+    input.to_str().is_some_and(|text| text.contains("://"))
+        || input
+            .file_name()
+            .is_some_and(|name| name == "manifest.json")
+        || ["manifest.json", "plan.json"]
+            .iter()
+            .any(|name| input.join(name).is_file())
+}
+
 /// Reads the scene of a scene file or of a volume file.
 pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     ensure!(
@@ -35,6 +46,16 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
             .is_some_and(|e| e.eq_ignore_ascii_case("png")),
         "{}: this is an image, not a scene: convert a heightmap with `argil import {0} -o scene.json`",
         path.display()
+    );
+    ensure!(
+        !is_stored_world(path),
+        "{}: this is a stored world, which `argil render`, `argil world edit` and `argil world export` open{}: expected the scene that it was planned from",
+        path.display(),
+        if cfg!(feature = "world") {
+            ""
+        } else {
+            " if they are built with `--features world`"
+        }
     );
     let mut scene = if is_volume(path)? {
         scene_of(&VolumeFile::open(path)?, path)?

@@ -20,24 +20,42 @@ mod recover;
 mod render;
 mod representation_parser;
 mod schema;
+mod still;
+mod still_args;
+#[cfg(feature = "world")]
+mod stored;
+#[cfg(feature = "world")]
+mod world;
+#[cfg(feature = "world")]
+mod world_args;
 
 use args::{CliCommand, CommandLine};
 use clap::Parser;
 use std::process::ExitCode;
+use still_args::Integrator;
 
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let arguments = CommandLine::parse();
     quiet_loaders();
-    // When interrupted while writing, remove the temporary file. The previous file stays intact in any case.
+    // When interrupted while writing, remove the temporary file. The previous file stays intact in any case. A still that is
+    // interrupted is written as far as it is.
     let _ = ctrlc::set_handler(|| {
+        if still::interrupt() {
+            return;
+        }
         argil::scene::remove_temp_files();
         std::process::exit(130);
     });
     let result = match arguments.command {
         CliCommand::Study(given) => return ended(companion::run("argil-study", &given)),
         CliCommand::Studio(given) => return ended(companion::run("argil-studio", &given)),
-        CliCommand::Render(options) => render::run(&options),
+        CliCommand::Render(options) => {
+            still::check(&options).and_then(|()| match options.still.integrator {
+                Integrator::Direct => render::run(&options),
+                Integrator::Path => still::run(&options),
+            })
+        }
         CliCommand::Bake(options) => bake::run(&options),
         CliCommand::Mesh(options) => mesh::run(&options),
         CliCommand::Edit(options) => edit::run(&options),
@@ -46,6 +64,8 @@ fn main() -> ExitCode {
         CliCommand::Compare(options) => compare::run(&options),
         CliCommand::Info(options) => info::run(&options),
         CliCommand::Devices(options) => devices::run(&options),
+        #[cfg(feature = "world")]
+        CliCommand::World(options) => world::run(&options),
         CliCommand::Schema => schema::run(),
     };
     ended(result.map(|()| ExitCode::SUCCESS))

@@ -1,5 +1,6 @@
 //! Output of the commands.
 
+use crate::args::RenderArgs;
 use anyhow::Context;
 use argil::mesh::MeshReport;
 use argil::render::Percentiles;
@@ -7,6 +8,7 @@ use argil::volume::{FillStats, Levels, VolumeInfo, VoxelGrid};
 use argil::{BuildTimings, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// Prints a line to stdout. Ignores a closed pipe, but not a full disk.
 pub(crate) fn line(text: &str) {
@@ -173,7 +175,7 @@ pub(crate) fn levels(levels: &Levels, refined: &FillStats, coarse: &[f64]) -> Va
 }
 
 /// Warns that an infinite solid ends at a box.
-pub(crate) fn warn_if_clipped(grid: &VoxelGrid, path: &std::path::Path) {
+pub(crate) fn warn_if_clipped(grid: &VoxelGrid, path: &Path) {
     if grid.is_clipped {
         let bounds = grid.aabb();
         eprintln!(
@@ -189,7 +191,7 @@ pub(crate) fn warn_if_clipped(grid: &VoxelGrid, path: &std::path::Path) {
 const NEAR_END: f32 = 0.05;
 
 /// Warns that an infinite solid ends at a box, if the camera is outside of it or near its end.
-pub(crate) fn warn_if_clipped_near(grid: &VoxelGrid, eye: [f32; 3], path: &std::path::Path) {
+pub(crate) fn warn_if_clipped_near(grid: &VoxelGrid, eye: [f32; 3], path: &Path) {
     let bounds = grid.aabb();
     let within = bounds.grown(-NEAR_END * bounds.size().max_element());
     let around = [0, 2]
@@ -251,23 +253,23 @@ pub(crate) fn times(samples: &[f64]) -> Value {
 }
 
 /// Returns true if two paths refer to one file, whether or not it exists.
-pub(crate) fn is_same_place(a: &std::path::Path, b: &std::path::Path) -> bool {
-    let place = |path: &std::path::Path| {
+pub(crate) fn is_same_place(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
         let folder = path
             .parent()
             .filter(|p| !p.as_os_str().is_empty())
-            .unwrap_or(std::path::Path::new("."));
+            .unwrap_or(Path::new("."));
         Some((folder.canonicalize().ok()?, path.file_name()?.to_owned()))
     };
     place(a).is_some_and(|a| place(b) == Some(a))
 }
 
 /// Rejects an output path that cannot be written, or that is the input, before any work.
-pub(crate) fn check_place(path: &std::path::Path, input: &std::path::Path) -> anyhow::Result<()> {
+pub(crate) fn check_place(path: &Path, input: &Path) -> anyhow::Result<()> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(std::path::Path::new("."));
+        .unwrap_or(Path::new("."));
     let found = std::fs::metadata(folder)
         .with_context(|| format!("{}: cannot write into this folder", folder.display()))?;
     anyhow::ensure!(found.is_dir(), "{}: not a folder", folder.display());
@@ -299,7 +301,7 @@ const KINDS: [&str; 17] = [
 ];
 
 /// Rejects a path whose extension names another format than `what`, whose own extension is `own`.
-pub(crate) fn check_ending(path: &std::path::Path, what: &str, own: &str) -> anyhow::Result<()> {
+pub(crate) fn check_ending(path: &Path, what: &str, own: &str) -> anyhow::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
     anyhow::ensure!(
@@ -308,4 +310,27 @@ pub(crate) fn check_ending(path: &std::path::Path, what: &str, own: &str) -> any
         path.display()
     );
     Ok(())
+}
+
+/// Returns the path of the image, or `None` for an orbit without -o.
+pub(crate) fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
+    if let Some(path) = &options.output {
+        let is_png = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        anyhow::ensure!(
+            is_png,
+            "{}: images are written as PNG; name it .png",
+            path.display()
+        );
+        return Ok(Some(path.clone()));
+    }
+    if options.frames.is_some() {
+        return Ok(None);
+    }
+    let name = options
+        .scene
+        .file_stem()
+        .context("the scene's path has no file name")?;
+    Ok(Some(Path::new(name).with_extension("png")))
 }

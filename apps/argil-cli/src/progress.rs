@@ -11,13 +11,18 @@ const PERIOD: Duration = Duration::from_millis(250);
 
 /// Returns the engine with a progress display.
 pub(crate) fn watched(engine: Engine) -> Engine {
+    engine.with_control(&control())
+}
+
+/// Returns a control with a progress display.
+pub(crate) fn control() -> Control {
     if !std::io::stderr().is_terminal() {
-        return engine;
+        return Control::new();
     }
     let control = Control::new();
-    let engine = engine.with_control(&control);
-    std::thread::spawn(move || watch(&control));
-    engine
+    let seen = control.clone();
+    std::thread::spawn(move || watch(&seen));
+    control
 }
 
 fn watch(control: &Control) {

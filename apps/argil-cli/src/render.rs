@@ -14,7 +14,7 @@ use std::time::Instant;
 
 pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     // Check the request before any work.
-    let picture = picture_path(options)?;
+    let picture = output::picture_path(options)?;
     if let Some(path) = &picture {
         output::check_place(path, &options.scene)?;
     }
@@ -24,6 +24,9 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     }
 
     let start = Instant::now();
+    #[cfg(feature = "world")]
+    let (mut scene, mut world, stored) = crate::stored::opened(options, &engine)?;
+    #[cfg(not(feature = "world"))]
     let (mut scene, mut world) = input::world(
         &options.scene,
         &engine,
@@ -66,7 +69,23 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         &settings,
         picture.as_deref(),
     )?;
-    report(options, &world, build_ms, &frames, picture.as_deref())
+    #[cfg(not(feature = "world"))]
+    let from_store = json!({});
+    #[cfg(feature = "world")]
+    let from_store = stored.as_ref().map_or_else(
+        || json!({}),
+        |stored| {
+            crate::stored::warn(stored, options.store.is_some());
+            crate::stored::report(stored)
+        },
+    );
+    report(
+        options,
+        (&world, from_store),
+        build_ms,
+        &frames,
+        picture.as_deref(),
+    )
 }
 
 /// What was drawn.
@@ -133,30 +152,7 @@ fn draw(
     })
 }
 
-/// Returns the path of the image, or `None` for an orbit without -o.
-fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBuf>> {
-    if let Some(path) = &options.output {
-        let is_png = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        anyhow::ensure!(
-            is_png,
-            "{}: images are written as PNG; name it .png",
-            path.display()
-        );
-        return Ok(Some(path.clone()));
-    }
-    if options.frames.is_some() {
-        return Ok(None);
-    }
-    let name = options
-        .scene
-        .file_stem()
-        .context("the scene's path has no file name")?;
-    Ok(Some(Path::new(name).with_extension("png")))
-}
-
-fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
+pub(crate) fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
     let own = world.render_settings(options.size, options.show);
     RenderSettings {
         max_steps: options.max_steps.unwrap_or(own.max_steps),
@@ -164,7 +160,7 @@ fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
         normal_bias: options.normal_bias,
         normals: options.normals.unwrap_or_default(),
         lookup_start: options.volume.descent.unwrap_or_default(),
-        samples: options.samples.unwrap_or(own.samples),
+        samples: options.still.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
     }
@@ -351,7 +347,7 @@ fn json_report(
 
 fn report(
     options: &RenderArgs,
-    world: &World,
+    (world, from_store): (&World, Value),
     build_ms: f64,
     frames: &Frames,
     picture: Option<&Path>,
@@ -372,6 +368,7 @@ fn report(
         if let Some(levels) = world.levels() {
             output::extend(&mut report, output::levels(levels, refined, coarse));
         }
+        output::extend(&mut report, from_store);
         output::json(&report);
         return Ok(());
     }

@@ -1,9 +1,10 @@
 // Drives the page in Chromium as a person would: `node test.mjs URL CHROMIUM [FOLDER FOR PICTURES]`.
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
+import { createReadStream, mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { chromium } from "playwright-core";
 
-const [url, executablePath, pictures] = process.argv.slice(2);
+const [url, executablePath, pictures, world] = process.argv.slice(2);
 const software = [
   "--no-sandbox",
   "--enable-unsafe-webgpu",
@@ -26,7 +27,9 @@ const page = await context.newPage();
 const complaints = [];
 page.on("pageerror", (error) => complaints.push(String(error)));
 page.on("console", (message) => {
-  if (message.type() === "error") complaints.push(message.text());
+  // Where a world has no more edits, there is nothing.
+  const isEnd = message.location().url.includes("/edits/");
+  if (message.type() === "error" && !isEnd) complaints.push(message.text());
 });
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
@@ -222,6 +225,50 @@ await middleOf("Viewport");
 await until("a word on what was kept", async () => /the scene that the browser stored/.test(await told()));
 assert.match(await page.evaluate(() => localStorage.getItem("argil-scene-unreadable")), /^\{"argil"/);
 step("said so where what was kept cannot be read");
+
+// A world on another server: files, ranges, and leave to read them.
+const answers = { 200: 0, 206: 0, 404: 0, bytes: 0 };
+const server = createServer((request, response) => {
+  const path = world + new URL(request.url, "http://host").pathname;
+  const headers = { "Access-Control-Allow-Origin": "*" };
+  const size = statSync(path, { throwIfNoEntry: false })?.size;
+  const range = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
+  const status = size === undefined ? 404 : range ? 206 : 200;
+  answers[status]++;
+  if (status === 404) return response.writeHead(404, headers).end();
+  const [start, end] = range ? [Number(range[1]), Math.min(Number(range[2]), size - 1)] : [0, size - 1];
+  answers.bytes += end - start + 1;
+  response.writeHead(status, { ...headers, "Content-Length": end - start + 1 });
+  createReadStream(path, { start, end }).pipe(response);
+});
+await new Promise((done) => server.listen(0, "127.0.0.1", done));
+const address = `http://127.0.0.1:${server.address().port}`;
+await page.goto(`${url}?world=${address}`);
+await middleOf("Viewport");
+await until("a world", async () => (await told()) === `Opened ${address}`);
+const streamed = await picture();
+await show("world");
+assert.equal(await fault(), "");
+assert.ok(answers[206] > 10, JSON.stringify(answers));
+await click("Add Sphere");
+const withSphere = await picture();
+assert.ok(!withSphere.equals(streamed), "the sphere is not drawn");
+const edits = await download("File", "Save");
+assert.equal(edits.name, "edits.jsonl");
+assert.match(edits.bytes.toString(), /"insert"/);
+mkdirSync(`${world}/edits`);
+writeFileSync(`${world}/edits/000001.jsonl`, edits.bytes);
+await page.reload();
+await until("the world again", async () => (await told()) === `Opened ${address}`);
+await until("the saved brush", () => placeOf("Sphere"));
+await picture();
+await show("world-edited");
+assert.equal(await fault(), "");
+await page.goto(`${url}?world=${address}/none`);
+await until("a word on what is no world", async () => /no manifest\.json/.test(await told()));
+complaints.splice(0, complaints.length, ...complaints.filter((text) => !/404/.test(text)));
+server.close();
+step(`streamed a world from another server in ${answers[206]} ranges, ${(answers.bytes * 1e-6).toFixed(1)} MB, and saved an edit`);
 
 const bare = await context.newPage();
 await bare.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));

@@ -60,6 +60,7 @@ impl Studio {
         let wake = move || ctx.request_repaint();
         let session = Session {
             document: Document::new(Scene::new(), None, Recovery::off()),
+            world: None,
             version: 0,
             // Exports run in the background on the CPU, because the window uses the GPU. A page has one thread,
             // which the GPU relieves.
@@ -96,6 +97,13 @@ impl Studio {
         };
         let session = &mut studio.session;
         #[cfg(target_arch = "wasm32")]
+        if let Some(address) = crate::web_world::asked_for() {
+            session.replace_scene(crate::sample_scenes::first(), None);
+            session.show_note(format!("Opening {address}"));
+            crate::web_world::fetch(&cc.egui_ctx, address);
+            return studio;
+        }
+        #[cfg(target_arch = "wasm32")]
         if let Some(text) = crate::local_storage::LocalStorage::found() {
             match Scene::from_json(&text, "the scene that the browser stored") {
                 Ok(scene) => session.open_kept(scene),
@@ -111,7 +119,7 @@ impl Studio {
             session.open_with(path, options.outside);
         }
         // Show the sample scene if no scene was requested, or if it cannot be opened.
-        if session.document.path().is_none() {
+        if session.document.path().is_none() && session.world.is_none() {
             session.replace_scene(crate::sample_scenes::first(), None);
         }
         if let Some(folder) = &session.recovery_folder {
@@ -149,6 +157,12 @@ impl Studio {
         self.view.pictures.shown_request()
     }
 
+    /// Returns the number of pages that the last image lacks because the store of the world does not have them.
+    pub fn lost_pages(&self) -> u64 {
+        let shown = self.view.pictures.shown.iter();
+        shown.map(|shown| shown.picture.lost).sum()
+    }
+
     /// Returns the version of the document.
     pub fn version(&self) -> u64 {
         self.session.version
@@ -170,9 +184,9 @@ impl Studio {
                 "this session cannot be recovered after a crash: {fault}"
             ));
         }
-        // Do not save a drag that is in progress.
+        // Do not save a drag that is in progress. A world is not the scene of this browser.
         #[cfg(target_arch = "wasm32")]
-        if !self.session.document.is_in_stroke() {
+        if !self.session.document.is_in_stroke() && !crate::web_world::is_asked_for() {
             let scene = self.session.document.scene();
             let is_changed = self.session.document.is_changed();
             let what = (self.session.version, is_changed);
@@ -253,6 +267,9 @@ impl Studio {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
         if !files.is_empty() {
             crate::browser::read_dropped(ctx, files);
+        }
+        for world in crate::web_world::arrived() {
+            self.session.attempt(|s| s.show_world(world?));
         }
         for files in crate::browser::arrived() {
             match files {
@@ -352,7 +369,7 @@ impl eframe::App for Studio {
         eframe::set_value(storage, PREFERENCES, &self.session.preferences);
         // The page may be about to close. Do not save a drag that is in progress.
         #[cfg(target_arch = "wasm32")]
-        if !self.session.document.is_in_stroke() {
+        if !self.session.document.is_in_stroke() && !crate::web_world::is_asked_for() {
             let own = &mut self.session;
             let scene = own.document.scene();
             let what = (own.version, own.document.is_changed());

@@ -22,6 +22,8 @@ pub struct Document {
     recovery: Recovery,
     /// Actions that were not forwarded yet.
     actions: Vec<Action>,
+    /// The lines of all actions since the last save, for edits of a world in a store.
+    pub(super) log: Option<String>,
     /// Names of all steps that can be undone or redone.
     names: Vec<String>,
     /// Number of steps when the document was saved. `None` if that state cannot be reached again.
@@ -67,6 +69,7 @@ impl Document {
             path,
             recovery,
             actions: Vec::new(),
+            log: None,
             names: vec!["Edit".into(); steps.iter().sum()],
             saved: Some(0),
             stroke: None,
@@ -235,14 +238,18 @@ impl Document {
         nodes.iter().map(copy).collect()
     }
 
-    fn act(&mut self, name: &str, action: Action) -> anyhow::Result<Option<EditOutcome>> {
+    pub(super) fn act(
+        &mut self,
+        name: &str,
+        action: Action,
+    ) -> anyhow::Result<Option<EditOutcome>> {
         let before = self.scene.undo_depth();
         // The journal refers to nodes by their paths before the action.
         let line = self.line_of(&action)?;
         // An edit that cannot be rendered is rejected before it is recorded.
         let edited = self.scene.perform_checked(&action, Program::check)?;
         let has_mesh = action.entries().any(|entry| entry.kind.file().is_some());
-        self.recovery.record(&line);
+        self.record(&line);
         self.actions.push(action);
         match &mut self.stroke {
             None => self.named(before, name),
@@ -258,6 +265,14 @@ impl Document {
             self.insert_placeholders();
         }
         Ok(edited)
+    }
+
+    fn record(&mut self, line: &str) {
+        self.recovery.record(line);
+        if let Some(log) = &mut self.log {
+            log.push_str(line);
+            log.push('\n');
+        }
     }
 
     /// Records the name of a step.
@@ -288,10 +303,10 @@ impl Document {
     }
 
     /// Performs an action that is not an edit.
-    fn control(&mut self, action: Action) {
+    pub(super) fn control(&mut self, action: Action) {
         let line = self.scene.action_line(&action);
         if self.scene.perform(&action).is_ok() {
-            self.recovery.record(&line);
+            self.record(&line);
             self.actions.push(action);
         }
     }
@@ -398,7 +413,7 @@ impl Document {
         Ok(())
     }
 
-    fn has_saved(&mut self) {
+    pub(super) fn has_saved(&mut self) {
         self.saved = Some(self.scene.undo_depth());
     }
 

@@ -2,10 +2,42 @@
 
 use crate::document::Document;
 use crate::mesh_files::folder_of;
-use argil::scene::{Edit, Group, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, Shape};
+use argil::scene::{
+    Action, Edit, Group, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, Shape,
+};
 use std::path::{Path, PathBuf};
 
 impl Document {
+    /// Performs the lines of a log, as saved steps, and keeps the lines of later actions.
+    ///
+    /// # Errors
+    /// If a line cannot be read or performed.
+    pub(crate) fn replay_saved(&mut self, lines: &str) -> anyhow::Result<()> {
+        for line in lines.lines().filter(|line| !line.trim().is_empty()) {
+            let action = self.scene.read_action(line)?;
+            match action {
+                Action::Edit(_) | Action::InsertTree { .. } => {
+                    self.act("Saved edit", action)?;
+                }
+                _ => self.control(action),
+            }
+        }
+        self.keep_log();
+        Ok(())
+    }
+
+    /// Keeps the lines of actions from here on, where the document is saved.
+    pub(crate) fn keep_log(&mut self) {
+        self.end_stroke();
+        self.log = Some(String::new());
+        self.has_saved();
+    }
+
+    /// Returns the lines of all actions since the last save.
+    pub(crate) fn log(&self) -> &str {
+        self.log.as_deref().unwrap_or_default()
+    }
+
     /// Appends a node and selects it.
     pub(crate) fn add_entry(&mut self, name: &str, entry: NodeDesc) -> anyhow::Result<()> {
         let index = self.scene().node(Scene::ROOT).children().len();

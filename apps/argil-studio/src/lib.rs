@@ -39,6 +39,7 @@ mod mirrors;
 mod multi_edit;
 mod names;
 mod node_transform;
+mod open_world;
 mod opening;
 mod outliner;
 mod overlay;
@@ -67,10 +68,15 @@ mod viewport_images;
 mod web;
 #[cfg(target_arch = "wasm32")]
 mod web_files;
+#[cfg(target_arch = "wasm32")]
+mod web_world;
+mod world_files;
 
 pub use app::{Options, Studio};
 pub use document::Document;
 pub use files::{FileAccess, FileRequest};
+#[cfg(not(target_arch = "wasm32"))]
+pub use world_files::is_world;
 
 #[cfg(target_arch = "wasm32")]
 pub use web::{fault, is_settled, message, start, widget_rect};

@@ -11,7 +11,7 @@ mod native {
     #[derive(Parser)]
     #[command(name = "argil-studio", version)]
     struct Arguments {
-        /// The scene to open [default: a sample]
+        /// The scene to open, or a finished world: its folder, manifest.json or address [default: a sample]
         scene: Option<PathBuf>,
         /// Device: auto selects a hardware GPU if there is one, else the CPU
         #[arg(long, default_value = "auto", value_parser = ["auto", "cpu", "gpu"])]
@@ -28,7 +28,9 @@ mod native {
         let arguments = Arguments::parse();
         let begun = || -> anyhow::Result<()> {
             // Report a faulty file on the command line, before a window opens.
-            if let Some(path) = &arguments.scene {
+            if let Some(path) = &arguments.scene
+                && !argil_studio::is_world(path)
+            {
                 argil::scene::Scene::open(path)?;
             }
             if let Some(threads) = arguments.threads {

@@ -121,7 +121,8 @@ impl Session {
         self.version += 1000;
         // The scene already contains the actions of this frame.
         drop(self.document.take_actions());
-        self.renderer.load(self.document.scene(), self.version);
+        self.renderer
+            .load(self.document.scene(), self.version, None);
         self.picker.forget();
     }
 }

@@ -46,6 +46,10 @@ impl Session {
     /// Opens a scene file. If `outside` is true, its meshes may lie anywhere.
     pub(crate) fn open_with(&mut self, path: &Path, outside: bool) {
         self.attempt(|s| {
+            #[cfg(not(target_arch = "wasm32"))]
+            if crate::world_files::is_world(path) {
+                return s.open_world(path);
+            }
             let scene = Scene::open(path)?;
             // Scenes that were saved or opened here before may read meshes from other folders.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
@@ -72,6 +76,10 @@ impl Session {
 
     /// Saves the document. Asks for a path if it has none.
     pub(crate) fn save_scene(&mut self, elsewhere: bool) -> bool {
+        if self.world.is_some() && !elsewhere {
+            self.attempt(Self::save_world);
+            return !self.document.is_changed();
+        }
         let known = self.document.path().filter(|_| !elsewhere);
         let path = match known.map(Path::to_path_buf) {
             Some(path) => Some(path),
@@ -184,7 +192,7 @@ impl Session {
         let (scene, journal) = recovered.resume()?;
         self.document.close();
         let journal = Recovery::of(journal);
-        self.set_document(Document::recovered(scene, left.scene, journal));
+        self.set_document(Document::recovered(scene, left.scene, journal), None);
         self.document.reads_anywhere = true;
         self.show_note(match edits {
             1 => "Restored 1 edit".to_owned(),

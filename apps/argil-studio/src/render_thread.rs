@@ -1,6 +1,6 @@
 //! The render thread. In a browser, which has no threads, rendering continues whenever the GPU has finished.
 
-use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker};
+use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker, StoredPages};
 use argil::Engine;
 use argil::scene::{Action, Scene};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use std::time::Duration;
 use web_time::Instant;
 
 enum Message {
-    Load(Box<Scene>, u64),
+    Load(Box<Scene>, u64, Option<StoredPages>),
     Follow(Vec<Action>),
     Time(f32),
     Draw(Box<RenderRequest>),
@@ -17,7 +17,7 @@ enum Message {
 
 async fn take(painter: &mut RenderWorker, message: Message) -> Option<RenderAnswer> {
     match message {
-        Message::Load(scene, version) => painter.load(*scene, version),
+        Message::Load(scene, version, pages) => painter.load(*scene, version, pages).await,
         Message::Follow(actions) => painter.follow(&actions),
         Message::Time(time) => painter.set_time(time),
         Message::Draw(request) => return Some(painter.draw(*request).await),
@@ -173,7 +173,7 @@ impl RenderThread {
     /// Restarts with a scene, and discards the request in progress, which ends in the background.
     pub(crate) fn abandon(&mut self, scene: &Scene, version: u64) {
         *self = Self::with(self.engine.clone(), self.wake.clone());
-        self.load(scene, version);
+        self.load(scene, version, None);
     }
 
     /// Returns the name of the device.
@@ -186,9 +186,9 @@ impl RenderThread {
         self.engine.max_pixels()
     }
 
-    /// Loads another scene, at a version.
-    pub(crate) fn load(&mut self, scene: &Scene, version: u64) {
-        let message = Message::Load(Box::new(scene.replica()), version);
+    /// Loads another scene, at a version, or one whose world is in a store.
+    pub(crate) fn load(&mut self, scene: &Scene, version: u64, pages: Option<StoredPages>) {
+        let message = Message::Load(Box::new(scene.replica()), version, pages);
         self.place.send(message);
     }
 
@@ -257,7 +257,7 @@ mod tests {
             version: 0,
         };
         let mut renderer = RenderThread::new(Engine::cpu(), || {});
-        renderer.load(&first(), 0);
+        renderer.load(&first(), 0, None);
         let dense = Pipeline::all().find(|own| own.label() == "Dense");
         renderer.draw(request(dense.expect("a dense volume"), 256));
         renderer.abandon(&first(), 0);

@@ -4,8 +4,8 @@ use crate::pipeline::Pipeline;
 use anyhow::Context;
 use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
 use argil::scene::{Action, Scene};
-use argil::volume::Levels;
-use argil::{Engine, RenderedImage, World};
+use argil::volume::{Levels, TileSource};
+use argil::{Engine, LevelsOptions, RenderedImage, World};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
@@ -58,6 +58,8 @@ pub(crate) struct WorkerImage {
     pub bricks: Option<u64>,
     /// Number of bricks that levels lack for this image, or 0 if there are few. It is not final before that.
     pub missing: u64,
+    /// Number of pages that are not in the store, so that the image is coarser there.
+    pub lost: u64,
     /// Number of triangles, for a mesh.
     pub triangles: Option<u64>,
     /// Distance along each pixel's ray to a solid; infinite without a hit.
@@ -75,7 +77,18 @@ pub(crate) struct RenderAnswer {
     pub duration_ms: f64,
 }
 
+/// The tiles of a world in a store. They are of the scene that is loaded with them.
+#[derive(Clone, Debug)]
+pub(crate) struct StoredPages {
+    /// Levels with the world's voxels.
+    pub options: LevelsOptions,
+    /// Where the pages come from.
+    pub source: Arc<dyn TileSource>,
+}
+
 struct KeptWorld {
+    /// Its pages come from a store. It is built when the scene is loaded, and stays.
+    is_stored: bool,
     pipeline: Pipeline,
     resolution: u32,
     world: World,
@@ -119,11 +132,34 @@ impl RenderWorker {
         self.is_building.clone()
     }
 
-    /// Loads another scene.
-    pub(crate) fn load(&mut self, scene: Scene, version: u64) {
+    /// Loads another scene, or one whose world is in a store.
+    pub(crate) async fn load(&mut self, scene: Scene, version: u64, pages: Option<StoredPages>) {
         (self.scene, self.version) = (scene, version);
         self.fault = None;
         self.kept.clear();
+        if let Some(pages) = pages {
+            self.is_building.store(true, Ordering::Relaxed);
+            let built = self.build_stored(&pages).await;
+            self.is_building.store(false, Ordering::Relaxed);
+            match built {
+                Ok(world) => self.kept.push(KeptWorld {
+                    is_stored: true,
+                    pipeline: Pipeline::default(),
+                    resolution: 0,
+                    world,
+                    version,
+                    frame_ms: 0.0,
+                }),
+                Err(error) => self.fault = Some(format!("{error:#}")),
+            }
+        }
+    }
+
+    async fn build_stored(&self, pages: &StoredPages) -> anyhow::Result<World> {
+        let built = self.engine.build(&self.scene)?;
+        let mut world = built.with_representation_async(pages.options).await?;
+        world.set_tile_source(pages.source.clone(), false);
+        Ok(world)
     }
 
     /// Applies actions of the document. If one fails, the worker reports the reason instead of images until a scene
@@ -193,9 +229,11 @@ impl RenderWorker {
         kept.frame_ms = drawn.duration_ms;
         let missing = world.levels().map_or(0, Levels::request_count) as u64;
         let few = u64::from(request.size[0]) * u64::from(request.size[1]) / FEW;
-        let missing = if missing > few { missing } else { 0 };
         let fill_ms = if request.is_still { refine_ms } else { FILL_MS };
-        world.fill_pages(fill_ms)?;
+        let filled = world.fill_pages(fill_ms)?;
+        // What the store lacks does not come.
+        let missing = missing.saturating_sub(filled.missing);
+        let missing = if missing > few { missing } else { 0 };
         let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.octree.map(|tree| tree.bricks);
@@ -211,6 +249,7 @@ impl RenderWorker {
             memory_bytes: world.memory_bytes(),
             bricks,
             missing,
+            lost: filled.missing,
             triangles: world.mesh_counts().map(|counts| counts.triangles),
             lengths,
         })
@@ -223,17 +262,21 @@ impl RenderWorker {
         pipeline: Pipeline,
         resolution: u32,
     ) -> anyhow::Result<Option<f64>> {
-        let is_it = |k: &KeptWorld| k.pipeline == pipeline && k.resolution == resolution;
+        let is_it =
+            |k: &KeptWorld| k.pipeline == pipeline && (k.is_stored || k.resolution == resolution);
         let Some(at) = self.kept.iter().position(is_it) else {
             self.kept.retain(|k| k.pipeline != pipeline);
-            if self.kept.len() >= MAX_KEPT {
-                self.kept.remove(0);
+            if self.kept.len() >= MAX_KEPT
+                && let Some(oldest) = self.kept.iter().position(|k| !k.is_stored)
+            {
+                self.kept.remove(oldest);
             }
             self.is_building.store(true, Ordering::Relaxed);
             let world = self.build(pipeline, resolution).await;
             self.is_building.store(false, Ordering::Relaxed);
             let world = world?;
             self.kept.push(KeptWorld {
+                is_stored: false,
                 pipeline,
                 resolution,
                 world,
@@ -290,6 +333,10 @@ async fn refine(
             world.render_async(&request.camera, &quick).await?;
         }
         let filled = world.fill_pages(remaining_ms())?;
+        if filled.answered == 0 && filled.pending > 0 {
+            // Tiles are on their way. On a page, they arrive only while nothing is drawn.
+            return Ok(false);
+        }
         if filled.answered == 0 && !filled.is_full {
             if !is_small {
                 return Ok(true);
@@ -346,7 +393,7 @@ mod tests {
     #[test]
     fn a_copy_that_parts_from_the_document_is_loud() {
         let mut painter = RenderWorker::new(Engine::cpu());
-        painter.load(first(), 0);
+        pollster::block_on(painter.load(first(), 0, None));
         let node = first()
             .push(Brush::new(Shape::sphere(0.1)))
             .expect("a brush")
@@ -355,7 +402,7 @@ mod tests {
         let answer = pollster::block_on(painter.draw(request(Pipeline::field())));
         let fault = answer.pictures.expect_err("a fault");
         assert!(fault.contains("is not in the scene"), "{fault}");
-        painter.load(first(), 0);
+        pollster::block_on(painter.load(first(), 0, None));
         picture(&mut painter, Pipeline::field());
     }
 
@@ -371,7 +418,7 @@ mod tests {
         edited.perform(&edit).expect("an edit");
         for pipeline in Pipeline::all() {
             let mut painter = RenderWorker::new(Engine::cpu());
-            painter.load(first(), 0);
+            pollster::block_on(painter.load(first(), 0, None));
             let before = picture(&mut painter, pipeline);
             painter.follow(std::slice::from_ref(&edit));
             let after = picture(&mut painter, pipeline);
@@ -379,7 +426,7 @@ mod tests {
             let shown = apart(&before, &after);
             assert!(shown > 100, "{pipeline:?}: {shown}");
             let mut fresh = RenderWorker::new(Engine::cpu());
-            fresh.load(edited.clone(), 0);
+            pollster::block_on(fresh.load(edited.clone(), 0, None));
             let off = apart(&picture(&mut fresh, pipeline), &after);
             // Its voxel grid may lie otherwise.
             assert!(8 * off < shown, "{pipeline:?}: {off} of {shown}");

@@ -5,6 +5,7 @@ use crate::dialog::Dialog;
 use crate::document::Document;
 use crate::files::FileAccess;
 use crate::jobs::Jobs;
+use crate::open_world::OpenWorld;
 use crate::picking::Picker;
 use crate::preferences::Preferences;
 use crate::recovery::Recovery;
@@ -18,6 +19,8 @@ use std::path::PathBuf;
 pub(crate) struct Session {
     /// The document.
     pub document: Document,
+    /// The world in a store that the document edits.
+    pub world: Option<OpenWorld>,
     /// Version of the document: its actions, plus a thousand per earlier document.
     pub version: u64,
     /// The render thread.
@@ -83,20 +86,33 @@ pub(crate) struct Note {
 impl Session {
     /// Replaces the open scene.
     pub(crate) fn replace_scene(&mut self, scene: Scene, path: Option<PathBuf>) {
+        self.replace_with(scene, path, None);
+    }
+
+    /// Replaces the open scene, with one whose world is in a store.
+    pub(crate) fn replace_with(
+        &mut self,
+        scene: Scene,
+        path: Option<PathBuf>,
+        world: Option<OpenWorld>,
+    ) {
         self.document.close();
         let recovery = match &self.recovery_folder {
             Some(folder) => Recovery::within(folder.clone()),
             None => Recovery::off(),
         };
-        self.set_document(Document::new(scene, path, recovery));
+        self.set_document(Document::new(scene, path, recovery), world);
     }
 
     /// Replaces the document.
-    pub(crate) fn set_document(&mut self, document: Document) {
+    pub(crate) fn set_document(&mut self, document: Document, world: Option<OpenWorld>) {
         self.document = document;
         self.version += 1000;
         self.picker.forget();
-        self.renderer.load(self.document.scene(), self.version);
+        let pages = world.as_ref().map(|world| world.pages.clone());
+        self.renderer
+            .load(self.document.scene(), self.version, pages);
+        self.world = world;
         self.requests.push(Request::ShowAll);
     }
 

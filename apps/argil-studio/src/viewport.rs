@@ -423,6 +423,9 @@ impl ViewState {
             if p.missing > 0 {
                 held += &format!(" · {} missing", p.missing);
             }
+            if p.lost > 0 {
+                held += &format!(" · {} not in the store", p.lost);
+            }
             if let Some(triangles) = p.triangles {
                 held += &format!(" · {triangles} triangles");
             }

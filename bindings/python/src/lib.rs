@@ -9,11 +9,13 @@ mod function;
 mod mesh;
 mod node;
 mod outlines;
+mod part;
 mod pictures;
 mod scene;
 mod solid;
 mod tree;
 mod work;
+mod worlds;
 
 use pyo3::prelude::*;
 
@@ -33,6 +35,12 @@ mod _native {
     use super::outlines::{image_profile, text_outlines};
     #[pymodule_export]
     use super::pictures::{encode_png, write_gif, write_png};
+
+    #[pymodule_export]
+    use super::worlds::{
+        bake_world, edit_world, export_world, finish_world, plan_world, read_world_plan,
+        world_status,
+    };
 
     #[pymodule_export]
     use super::bricks::Bricks;

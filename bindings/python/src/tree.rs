@@ -2,9 +2,9 @@
 //!
 //! *Practice.* An operator costs one node. A solid becomes a scene when something is asked of it.
 
+use crate::part::{Part, is_plain_group};
 use argil::scene::{
-    Brush, Group, Material, Modifier, MorphRamp, NodeDesc, NodeTree, Operator, OperatorKind, Ramp,
-    Scene, Shape,
+    Brush, Group, Material, Modifier, NodeTree, Operator, OperatorKind, Ramp, Scene, Shape,
 };
 use std::sync::Arc;
 
@@ -167,14 +167,13 @@ impl Tree {
             scene.push(operand).map_err(|error| error.to_string())?;
         }
         scene.forget_history(0);
-        set_differences(&mut scene)?;
         Ok(scene)
     }
 
     /// Returns the solid as one node, with its materials.
     pub fn to_nodes(&self) -> Result<(NodeTree, Vec<(String, Material)>), String> {
         let mut steps = vec![Step::Visit(self)];
-        let mut done: Vec<NodeTree> = Vec::new();
+        let mut done: Vec<Part> = Vec::new();
         let mut materials = Materials::default();
         let mut count = 0;
         while let Some(step) = steps.pop() {
@@ -186,38 +185,45 @@ impl Tree {
                             "the solid has more than {MAX_NODES} parts, counted as often as they are used"
                         ));
                     }
-                    visit(tree, &mut steps, &mut done, &mut materials);
+                    visit(tree, &mut steps, &mut done, &mut materials)?;
                 }
-                Step::Modify(modifier) => with_top(&mut done, |desc| {
-                    modify(&mut desc.modifiers, modifier);
-                }),
+                Step::Modify(modifier) => {
+                    if let Some(top) = done.last_mut() {
+                        top.modify(modifier)?;
+                    }
+                }
                 Step::Paint(material) => {
                     let name = materials.name_of(material);
-                    with_top(&mut done, |desc| {
-                        desc.material.get_or_insert(name);
-                    });
+                    if let Some(top) = done.last_mut() {
+                        top.tree_mut().desc.material.get_or_insert(name);
+                    }
                 }
-                Step::Name(name) => with_top(&mut done, |desc| name.clone_into(&mut desc.name)),
+                Step::Name(name) => {
+                    if let Some(top) = done.last_mut() {
+                        name.clone_into(&mut top.tree_mut().desc.name);
+                    }
+                }
                 Step::Join(operator, ramp) => {
-                    if let (Some(right), Some(left)) = (done.pop(), done.pop()) {
-                        done.push(joined(left, right, operator, ramp));
+                    let right = done.pop();
+                    if let (Some(left), Some(right)) = (done.last_mut(), right) {
+                        left.join(right, operator, ramp)?;
                     }
                 }
             }
         }
-        let tree = done.pop().unwrap_or_else(|| Group::new().into());
-        Ok((tree, materials.0))
+        let tree = done.pop().map(Part::into_tree);
+        Ok((tree.unwrap_or_else(|| Group::new().into()), materials.0))
     }
 }
 
 fn visit<'a>(
     tree: &'a Tree,
     steps: &mut Vec<Step<'a>>,
-    done: &mut Vec<NodeTree>,
+    done: &mut Vec<Part>,
     materials: &mut Materials,
-) {
+) -> Result<(), String> {
     match tree {
-        Tree::Shape(shape) => done.push(Brush::new(shape.clone()).into()),
+        Tree::Shape(shape) => done.push(Part::new(Brush::new(shape.clone()).into())),
         Tree::Join {
             operator,
             ramp,
@@ -253,28 +259,10 @@ fn visit<'a>(
                 })
                 .collect();
             rename(&mut group, &renamed);
-            done.push(group);
+            done.push(Part::of_nodes(group)?);
         }
     }
-}
-
-/// Appends a modifier, or adds it to the last one if that moves along, or turns about, the same axis.
-fn modify(modifiers: &mut Vec<Modifier>, modifier: &Modifier) {
-    match (modifiers.last_mut(), modifier) {
-        (Some(Modifier::Translate { by }), Modifier::Translate { by: more }) => {
-            for (by, more) in by.iter_mut().zip(more) {
-                *by += more;
-            }
-        }
-        (
-            Some(Modifier::Rotate { axis, degrees }),
-            Modifier::Rotate {
-                axis: other,
-                degrees: more,
-            },
-        ) if axis == other => *degrees = (*degrees + more) % 360.0,
-        _ => modifiers.push(modifier.clone()),
-    }
+    Ok(())
 }
 
 fn rename(tree: &mut NodeTree, names: &[(String, String)]) {
@@ -289,69 +277,8 @@ fn rename(tree: &mut NodeTree, names: &[(String, String)]) {
     }
 }
 
-fn with_top(done: &mut [NodeTree], change: impl FnOnce(&mut NodeDesc)) {
-    if let Some(top) = done.last_mut() {
-        change(&mut top.desc);
-    }
-}
-
-/// Whether a node is a group that only holds others.
-fn is_plain_group(tree: &NodeTree) -> bool {
-    let blank: NodeDesc = Group::new().into();
-    tree.desc == blank
-}
-
 fn take_children(mut tree: NodeTree) -> Vec<NodeTree> {
     std::mem::take(&mut tree.children)
-}
-
-/// Appends a solid to another one, as an operand of the same list where that means the same.
-fn joined(
-    left: NodeTree,
-    mut right: NodeTree,
-    operator: &Operator,
-    ramp: Option<&Ramp>,
-) -> NodeTree {
-    let mut list = if is_plain_group(&left) && !left.children.is_empty() {
-        left
-    } else {
-        let mut group: NodeTree = Group::new().into();
-        group.children.push(left);
-        group
-    };
-    let hard_union = Operator::default();
-    let adds = |tree: &NodeTree| tree.desc.operator == hard_union;
-    if *operator == hard_union && is_plain_group(&right) && right.children.iter().all(adds) {
-        list.children.append(&mut right.children);
-        return list;
-    }
-    right.desc.operator = *operator;
-    if let Some(ramp) = ramp {
-        right.desc.ramp = Some(Box::new(MorphRamp {
-            along: ramp.clone(),
-            max_difference: 1.0,
-        }));
-    }
-    list.children.push(right);
-    list
-}
-
-/// Sets how far the two solids of each morph with a ramp are apart.
-fn set_differences(scene: &mut Scene) -> Result<(), String> {
-    let has_ramp = |id: &_| scene.node(*id).desc().ramp.is_some();
-    // From the inside out, because a box depends on what is within.
-    let ramps: Vec<_> = scene.iter().filter(has_ramp).collect();
-    for node in ramps.into_iter().rev() {
-        let max_difference = scene.max_difference(node);
-        let mut entry = scene.node(node).desc().clone();
-        if let Some(ramp) = &mut entry.ramp {
-            ramp.max_difference = max_difference;
-        }
-        let edit = argil::scene::Edit::Replace { node, desc: entry };
-        scene.apply(edit).map_err(|error| error.to_string())?;
-    }
-    scene.forget_history(0);
-    Ok(())
 }
 
 /// Returns the nodes of a scene as a solid, in the order of its list.

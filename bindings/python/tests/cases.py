@@ -101,6 +101,17 @@ DEFORMATIONS: dict[str, Make] = {
     "transition radial": lambda s: s.box((1.2, 1.2, 0.4)).transition_radial(s.sphere(0.7), 0.1, 0.7),
     "extrude to": lambda s: s.rectangle(0.8).extrude_to(s.circle(0.5), 1.0, s.ease.in_out_quad),
     "wrap around": lambda s: s.box((2.0, 0.2, 0.5)).wrap_around(-1.5, 1.5),
+    "blend of a twisted solid": lambda s: s.sphere(0.9) - (body(s).twist(1.1) | body(s).twist(-1.3)).k(0.15),
+    "blends around a twisted solid": lambda s: body(s).twist(1.1) | s.sphere(0.4).translate((0, 0, 0.6)).k(0.3)
+    & s.box(1.6).k(0.2),
+    "shell of a twisted solid": lambda s: body(s).twist(1.1).shell(0.1).dilate(0.03) | s.sphere(0.2).k(0.1),
+    "blends of a transition": lambda s: s.cylinder(0.5).transition_linear(
+        s.cylinder(0.2), s.Z * -0.3, s.Z * 0.4, s.ease.out_quad
+    )
+    & s.slab(z0=-0.6, z1=0.6)
+    | s.sphere(0.4).translate((0, 0, 0.8)).k(0.2),
+    "blend of a bent list": lambda s: (s.box(0.5) | body(s).bend(0.7) | s.sphere(0.3).translate((0, -0.6, 0)))
+    - s.cylinder(0.2).k(0.15),
     "vesica": lambda s: s.vesica(0.8, 0.4).extrude(0.5),
     "slice": lambda s: body(s).slice().extrude(0.5),
     "line": lambda s: (s.circle(0.7) & s.line((0.3, 1), (0.1, -0.2))).extrude(0.5),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import copy
 import gc
+import io
 import os
 import pickle
 import signal
@@ -17,6 +18,7 @@ from pathlib import Path
 import argil
 import numpy as np
 import pytest
+import tqdm
 from argil import box, cylinder, sphere
 
 
@@ -65,7 +67,9 @@ def test_other_threads_run_while_one_meshes() -> None:
 )
 def test_ctrl_c_stops_long_work(work: str) -> None:
     text = f"""
-import sys, numpy as np
+import signal, sys, numpy as np
+# What a shell starts in the background ignores it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from test_work import knot
 solid = knot()
@@ -106,25 +110,22 @@ def test_progress_is_told_and_may_stop_the_work() -> None:
 
 
 def test_progress_bars_are_advanced() -> None:
-    class Bar:
-        """What tqdm has."""
+    told: list[tuple[str, float, float | None]] = []
 
-        n = 0
-        total: int | None = None
-        desc = ""
+    class Bar(tqdm.tqdm):  # type: ignore[type-arg]
+        """A bar that remembers how far it was."""
 
-        def update(self, by: float) -> None:
-            self.n += int(by)
+        def update(self, n: float | None = 1) -> bool | None:
+            super().update(n)
+            told.append((self.desc, self.n, self.total))
+            return None
 
-        def reset(self, total: int | None = None) -> None:
-            self.n, self.total = 0, total
-
-        def set_description(self, desc: str, refresh: bool = True) -> None:
-            self.desc = desc
-
-    bar = Bar()
-    knot().mesh(0.004, progress=bar)
-    assert bar.desc
+    ring = box((1, 1, 4)).circular_array(24, 1.6).twist(0.75)
+    with Bar(file=io.StringIO()) as bar:
+        (knot() - ring.k(0.1)).mesh(0.004, progress=bar)
+    steps = [(n, total) for desc, n, total in told if desc.startswith("bricks")]
+    assert len(steps) > 1 and steps == sorted(steps) and steps[0][0] < steps[-1][0]
+    assert all(total is not None and 0 <= n <= total for n, total in steps), steps
 
 
 def resident_bytes() -> int:

@@ -1,6 +1,6 @@
 //! Instructions that change the points of what follows, or undo that.
 
-use crate::domain_ops::{TWIST_WORDS, bend, map_point, twist, unclamp};
+use crate::domain_ops::{TWIST_WORDS, bend, held, map_point, twist, unclamp};
 use crate::interpreter_state::{InterpreterState, lanes_of, restore_point, words};
 use crate::ramps::{EXTRUDE_WORDS, extrude, revolve_points, shift_points, unwrap, wrap_points};
 use crate::relative_points::displace;
@@ -96,7 +96,7 @@ fn elongate<R: Real>(r: &mut InterpreterState<R>, w: &[f32; 3]) {
     });
 }
 
-/// Twists or bends the points, clamped to the box in which that is bounded.
+/// Twists or bends the points, clamped to where that is bounded.
 #[inline(always)]
 fn warp<R: Real>(
     r: &mut InterpreterState<R>,
@@ -106,12 +106,8 @@ fn warp<R: Real>(
     r.points.push(r.point.clone());
     let [xs, ys, zs] = &mut r.point;
     for i in lanes_of(r.active) {
-        let held = [
-            R::get(xs, i).clamp_to(w[0], w[3]),
-            R::get(ys, i).clamp_to(w[1], w[4]),
-            R::get(zs, i).clamp_to(w[2], w[5]),
-        ];
-        let [x, y, z] = turn(held, w[6]);
+        let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];
+        let [x, y, z] = turn(held(p, w), w[6]);
         R::set(xs, i, x);
         R::set(ys, i, y);
         R::set(zs, i, z);

@@ -10,9 +10,9 @@ pub(crate) const RADIAL_WORDS: usize = 4;
 /// Words after those of either repetition: the box of what is repeated, the square of the factor from the distance to it
 /// to that of the solid, and what rounding can add.
 pub(crate) const COPY_WORDS: usize = 8;
-/// Words of a clamp: minimum corner, maximum corner; then the angle per unit of length, and the scale to the
-/// scene's unit.
-pub(crate) const TWIST_WORDS: usize = 8;
+/// Words of a clamp: minimum corner, maximum corner; then the angle per unit of length, the scale to the scene's unit,
+/// and the largest distance from the y axis.
+pub(crate) const TWIST_WORDS: usize = 9;
 
 /// Returns candidate `j` of `candidates` around a coordinate's own cell: with two, the own cell and the nearest
 /// neighbor; with more, the same number on each side, nearest first.
@@ -185,15 +185,24 @@ pub(crate) fn bend<R: Real>([x, y, z]: [R; 3], rate: f32) -> [R; 3] {
     [c * x - s * y, s * x + c * y, z]
 }
 
-/// Returns the distance from outside a clamp's box: the distances to the box and within it are legs of a right
-/// triangle.
+/// Returns the nearest point of a clamp.
+#[inline(always)]
+pub(crate) fn held<R: Real>([x, y, z]: [R; 3], w: &[f32; TWIST_WORDS]) -> [R; 3] {
+    let (x, z) = (x.clamp_to(w[0], w[3]), z.clamp_to(w[2], w[5]));
+    let (far, most) = (x * x + z * z, w[8] * w[8]);
+    let by = if far.value() > most {
+        (R::constant(most) / far).sqrt()
+    } else {
+        R::constant(1.0)
+    };
+    [x * by, y.clamp_to(w[1], w[4]), z * by]
+}
+
+/// Returns the distance from outside a clamp: the distances to it and within it are legs of a right triangle.
 #[inline(always)]
 pub(crate) fn unclamp<R: Real>(d: R, p: [R; 3], w: &[f32; TWIST_WORDS]) -> R {
-    let gap = [
-        p[0] - p[0].clamp_to(w[0], w[3]),
-        p[1] - p[1].clamp_to(w[1], w[4]),
-        p[2] - p[2].clamp_to(w[2], w[5]),
-    ];
+    let q = held(p, w);
+    let gap = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
     let outside = (gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]) * (w[7] * w[7]);
     let h = d.positive_part();
     if outside.value() > 0.0 {

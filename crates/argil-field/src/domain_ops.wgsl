@@ -90,7 +90,11 @@ fn candidates(begin: Instruction) -> u32 {
 }
 
 fn held(p: vec3<f32>, w: u32) -> vec3<f32> {
-    return clamp(p, vec3(params[w], params[w + 1u], params[w + 2u]), vec3(params[w + 3u], params[w + 4u], params[w + 5u]));
+    let q = clamp(p, vec3(params[w], params[w + 1u], params[w + 2u]), vec3(params[w + 3u], params[w + 4u], params[w + 5u]));
+    let far = q.x * q.x + q.z * q.z;
+    let most = params[w + 8u] * params[w + 8u];
+    let by = select(1.0, sqrt(most / far), far > most);
+    return vec3(q.x * by, q.y, q.z * by);
 }
 
 fn twist(p: vec3<f32>, w: u32) -> vec3<f32> {

@@ -253,6 +253,11 @@ impl IncrementalProgram {
         })
     }
 
+    /// Finds the box of the solid again, which updates only let grow.
+    pub fn tighten_box(&mut self) {
+        self.tables.aabb = self.solid_box();
+    }
+
     /// Whether everything derived from a program's distances is still valid for this one.
     pub fn has_same_bounds_as(&self, program: &Program) -> bool {
         let own = (

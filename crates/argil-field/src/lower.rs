@@ -93,7 +93,7 @@ impl Program {
         } else {
             lowering.program.value_slots += 1;
             let ramp = lowering.ramp_before_joint(entry, frame);
-            let combine = lowering.combine(entry, frame, false);
+            let combine = lowering.combine(node, frame, false);
             lowering.emit(Instruction {
                 op: abi::OP_PUSH_VALUE,
                 ..Instruction::default()

@@ -36,12 +36,13 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
         };
     };
     let inner = |q: V3| modified(scene, id, last, q);
-    let content = || argil_scene::Extents::of(scene).modifier_stages(id)[last].aabb;
+    let content = || argil_scene::Extents::of(scene).modifier_stages(id)[last];
     match entry.modifiers[last] {
         Modifier::Stretch { by } => {
             let by = d3(by);
             inner(p / by) * by.min_element()
         }
+        Modifier::ScaleDistance { by } => inner(p) * f64::from(by),
         ref m @ (Modifier::Translate { .. } | Modifier::Rotate { .. } | Modifier::Scale { .. }) => {
             let map = m.affine().unwrap_or_default();
             inner(map.transform_point3(p)) * f64::from(m.scale())
@@ -80,15 +81,15 @@ fn modified(scene: &Scene, id: NodeId, count: usize, p: V3) -> f64 {
     }
 }
 
-/// Evaluates a deformation of a solid in a box, whose distance is `inner`.
-fn deformed(m: &Modifier, p: V3, content: argil_math::Aabb, inner: &dyn Fn(V3) -> f64) -> f64 {
-    let stretch = f64::from(m.stretch(content));
+/// Evaluates a deformation of a solid of an extent, whose distance is `inner`.
+fn deformed(m: &Modifier, p: V3, content: argil_scene::Extent, inner: &dyn Fn(V3) -> f64) -> f64 {
+    let stretch = f64::from(m.stretch(&content));
     match *m {
         Modifier::Twist { degrees_per_unit } | Modifier::Bend { degrees_per_unit } => {
-            let Some(held) = m.clamp_box(content) else {
+            let Some(held) = m.clamp(&content) else {
                 return NOTHING;
             };
-            let q = p.clamp(held.min.as_dvec3(), held.max.as_dvec3());
+            let q = held.nearest(p);
             let rate = f64::from(degrees_per_unit).to_radians();
             let turn = |a: V2, angle: f64| V2::from_angle(angle).rotate(a);
             let back = if matches!(m, Modifier::Twist { .. }) {
@@ -112,7 +113,7 @@ fn deformed(m: &Modifier, p: V3, content: argil_math::Aabb, inner: &dyn Fn(V3) -
             ref curve,
         } => {
             let (radius, length) = (f64::from(radius), f64::from(to - from));
-            let core = f64::from(argil_scene::wrap_core(radius as f32, content));
+            let core = f64::from(argil_scene::wrap_core(radius as f32, content.aabb));
             let r = p.x.hypot(p.z);
             let turn = (-p.z).atan2(p.x) / std::f64::consts::TAU + 0.5;
             let x = f64::from(from) + length * curve.value(turn);
@@ -199,7 +200,7 @@ fn ramped(scene: &Scene, id: NodeId, a: f64, p: V3) -> Option<f64> {
     let most = f64::from(ramp.max_difference);
     let difference = (node(scene, id, p) - a).clamp(-most, most);
     let share = ramp.along.value(p) * f64::from(amount);
-    Some((a + difference * share) / f64::from(ramp.stretch(amount)))
+    Some((a + difference * share) / f64::from(scene.ramp_stretch(id)))
 }
 
 /// Combines two distances with an operator.

@@ -267,7 +267,7 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     if let Modifier::Wrap { radius, .. } = *modifier {
         // Where the distance jumps, the core's border is this far away.
         let core = wrap_core(radius, content.aabb);
-        return 0.99 * (1.0 - abi::WRAP_TRUSTED) * core / modifier.stretch(content.aabb);
+        return 0.99 * (1.0 - abi::WRAP_TRUSTED) * core / modifier.stretch(content);
     }
     if !content.aabb.is_finite() || content.aabb.is_empty() {
         return 0.0;

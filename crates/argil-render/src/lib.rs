@@ -13,6 +13,7 @@ mod light;
 mod live_image;
 mod octree;
 mod octree_trace;
+mod path;
 mod probe;
 mod pruned_trace;
 mod raster;
@@ -34,6 +35,9 @@ pub use camera::Camera;
 pub use image::RenderOutput;
 pub use light::SHADOW_STEPS;
 pub use live_image::LiveImage;
+pub use path::{
+    PathHit, PathLights, PathScene, Still, StillOptions, denoised, developed, trace_paths,
+};
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
 pub use ray_stats::{Percentiles, RayStatistics};

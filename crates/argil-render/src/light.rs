@@ -24,7 +24,7 @@ use sky::SkyScratch;
 pub use sun::SHADOW_STEPS;
 use sun::SunScratch;
 
-const GROUND: GpuMaterial = GpuMaterial {
+pub(crate) const GROUND: GpuMaterial = GpuMaterial {
     base_roughness: [0.46, 0.45, 0.43, 0.9],
     emission_metallic: [0.0, 0.0, 0.0, 0.0],
 };

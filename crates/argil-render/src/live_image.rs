@@ -14,6 +14,7 @@ use crate::tile::Tile;
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::Program;
 use argil_math::{Aabb, Ray};
+use argil_volume::VoxelGrid;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -31,8 +32,12 @@ pub struct LiveImage {
     view: Vec<FrameUniform>,
     squares: Vec<Reach>,
     /// What else the image depends on.
-    state: [bool; 2],
+    state: LiveState,
 }
+
+/// What an image depends on besides its frames: whether there are levels for light, and whether edits are pending; and the
+/// grid, because light reads other levels once that grew.
+type LiveState = ([bool; 2], Option<VoxelGrid>);
 
 /// Where a square's pixels depend on distances.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +63,7 @@ impl LiveImage {
 
     #[doc(hidden)]
     /// Notes what else the image depends on, and returns whether that is what it was. If not, draw everything.
-    pub fn follows(&mut self, state: [bool; 2]) -> bool {
+    pub fn follows(&mut self, state: LiveState) -> bool {
         std::mem::replace(&mut self.state, state) == state
     }
 

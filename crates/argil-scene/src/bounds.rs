@@ -1,32 +1,13 @@
 //! Bounds of brushes and groups, from the leaves up.
 
+use crate::extent::{Extent, radius_of};
 use crate::modified_region::{region_after, stretch};
 use crate::modifier::{FEW_COPIES, half_angle_about_y, neighbor_copies};
 use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape};
-use argil_math::Aabb;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-/// Facts about a distance that are known without evaluating it, in a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
-    /// A box that contains the solid.
-    pub aabb: Aabb,
-    /// A factor u ≥ 1. At any point, the distance is at least the distance to the box divided by u.
-    pub lipschitz_inverse: f32,
-    /// The largest amount by which the distance outside underestimates the Euclidean distance. Infinite if it is
-    /// unknown.
-    pub max_underestimate: f32,
-}
-
 impl Extent {
-    /// The extent of an empty solid.
-    pub const EMPTY: Self = Self {
-        aabb: Aabb::EMPTY,
-        lipschitz_inverse: 1.0,
-        max_underestimate: 0.0,
-    };
-
     fn of_shape(shape: &Shape) -> Self {
         let aabb = shape.aabb();
         let max_underestimate = match shape.exactness() {
@@ -34,9 +15,8 @@ impl Extent {
             Exactness::Exact => 0.0,
         };
         Self {
-            aabb,
-            lipschitz_inverse: 1.0,
             max_underestimate,
+            ..Self::within(aabb)
         }
     }
 
@@ -49,6 +29,7 @@ impl Extent {
     fn offset(self, by: f32) -> Self {
         Self {
             aabb: self.aabb.grown(self.lipschitz_inverse * by),
+            radius: self.radius + self.lipschitz_inverse * by,
             ..self
         }
     }
@@ -81,18 +62,46 @@ impl Extent {
         if self.aabb.is_empty() {
             return self;
         }
+        let changed = self.changed(modifier);
+        let of_box = radius_of(changed.aabb);
+        let turns_about_y = match *modifier {
+            Modifier::Translate { by: [x, _, z] } => x == 0.0 && z == 0.0,
+            Modifier::Rotate {
+                axis: [x, _, z], ..
+            } => x == 0.0 && z == 0.0,
+            Modifier::RadialRepeat { .. }
+            | Modifier::Twist { .. }
+            | Modifier::Mirror { .. }
+            | Modifier::Round { .. }
+            | Modifier::Shell { .. }
+            | Modifier::Displace { .. }
+            | Modifier::ScaleDistance { .. } => true,
+            _ => false,
+        };
+        Self {
+            radius: if turns_about_y {
+                changed.radius.min(of_box)
+            } else {
+                of_box
+            },
+            ..changed
+        }
+    }
+
+    fn changed(self, modifier: &Modifier) -> Self {
         match *modifier {
             Modifier::Round { radius } if radius < 0.0 => self.inset(),
             Modifier::Round { radius } => self.offset(radius),
             Modifier::Shift { .. } | Modifier::Wrap { .. } => Self {
-                aabb: region_after(modifier, self.aabb, self.aabb),
-                lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, self.aabb),
+                aabb: region_after(modifier, self.aabb, &self),
+                lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, &self),
                 max_underestimate: f32::INFINITY,
+                ..self
             },
             Modifier::Extrude { .. } | Modifier::Revolve { .. } => {
                 let section = self.section();
                 Self {
-                    aabb: region_after(modifier, section.aabb, section.aabb),
+                    aabb: region_after(modifier, section.aabb, &section),
                     ..section
                 }
             }
@@ -100,23 +109,33 @@ impl Extent {
             Modifier::Displace { amplitude, .. } => {
                 let moved = self.offset(2.0 * amplitude);
                 Self {
-                    lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, self.aabb),
+                    lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, &self),
                     max_underestimate: f32::INFINITY,
                     ..moved
                 }
             }
             Modifier::Twist { .. } | Modifier::Bend { .. } => Self {
-                aabb: region_after(modifier, self.aabb, self.aabb),
+                aabb: region_after(modifier, self.aabb, &self),
                 lipschitz_inverse: 1.0,
                 max_underestimate: f32::INFINITY,
+                ..self
             },
             Modifier::Scale { by } => Self {
-                aabb: region_after(modifier, self.aabb, self.aabb),
+                aabb: region_after(modifier, self.aabb, &self),
                 max_underestimate: self.max_underestimate * by,
                 ..self
             },
+            Modifier::ScaleDistance { by } => Self {
+                lipschitz_inverse: self.lipschitz_inverse / by,
+                max_underestimate: if by < 1.0 {
+                    f32::INFINITY
+                } else {
+                    self.max_underestimate
+                },
+                ..self
+            },
             Modifier::Instances { ref poses } => Self {
-                aabb: region_after(modifier, self.aabb, self.aabb),
+                aabb: region_after(modifier, self.aabb, &self),
                 max_underestimate: self.max_underestimate * poses.scales()[1],
                 ..self
             },
@@ -124,25 +143,26 @@ impl Extent {
                 // The box grows by the largest factor, and the distance only by the smallest.
                 let (least, most) = (modifier.scale(), Vec3::from(by).max_element());
                 Self {
-                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    aabb: region_after(modifier, self.aabb, &self),
                     lipschitz_inverse: self.lipschitz_inverse * (most / least),
                     max_underestimate: if most > least {
                         f32::INFINITY
                     } else {
                         self.max_underestimate * least
                     },
+                    ..self
                 }
             }
             Modifier::Elongate { by } => {
                 let shortfall = self.max_underestimate + 2.0 * Vec3::from(by).length();
                 Self {
-                    aabb: region_after(modifier, self.aabb, self.aabb),
+                    aabb: region_after(modifier, self.aabb, &self),
                     max_underestimate: shortfall,
                     ..self
                 }
             }
             _ => Self {
-                aabb: region_after(modifier, self.aabb, self.aabb),
+                aabb: region_after(modifier, self.aabb, &self),
                 ..self
             },
         }
@@ -281,6 +301,7 @@ impl<'a> Extents<'a> {
                     bulges += operator.max_outward_offset();
                     greatest = greatest.max(operator.blend);
                     all.aabb = all.aabb.union(operand.aabb);
+                    all.radius = all.radius.max(operand.radius);
                     all.max_underestimate = all.max_underestimate.max(operand.max_underestimate)
                         + operator.max_outward_offset();
                 }
@@ -291,6 +312,7 @@ impl<'a> Extents<'a> {
                         .intersection(operand.aabb);
                     (bulges, greatest) = (0.0, 0.0);
                     all.aabb = if both.is_empty() { operand.aabb } else { both };
+                    all.radius = radius_of(all.aabb);
                     // The corner of two overlapping boxes can be √2 times as far as either box.
                     all.lipschitz_inverse *= std::f32::consts::SQRT_2;
                     all.max_underestimate = f32::INFINITY;
@@ -298,12 +320,14 @@ impl<'a> Extents<'a> {
                 OperatorKind::Subtract => all.max_underestimate = f32::INFINITY,
                 OperatorKind::Morph => {
                     all.aabb = all.aabb.union(operand.aabb);
+                    all.radius = all.radius.max(operand.radius);
                     all.max_underestimate = f32::INFINITY;
                     if let Some(ramp) = &entry.ramp {
                         let both = all.lipschitz_inverse.max(operand.lipschitz_inverse);
                         let amount = operator.morph_amount;
                         all.aabb = all.aabb.grown(both * ramp.overshoot(amount));
-                        all.lipschitz_inverse = both * ramp.stretch(amount);
+                        all.radius = radius_of(all.aabb);
+                        all.lipschitz_inverse = both * self.scene.ramp_stretch(id);
                     }
                 }
             }

@@ -228,8 +228,14 @@ static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 pub fn remove_temp_files() {
     let all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {
-        // It may have been renamed just now.
-        let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
+        // It may have been renamed just now. Other threads may still write into a folder.
+        for _ in 0..20 {
+            let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
+            if !path.exists() {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
     }
     // Writers wait on this lock until the program ends.
     std::mem::forget(all);

@@ -64,9 +64,7 @@ impl Extents<'_> {
         }
         let stages = self.modifier_stages(id);
         let moved = entry.modifiers.iter().zip(&stages);
-        finite_sides(moved.fold(all, |part, (m, content)| {
-            region_after(m, part, content.aabb)
-        }))
+        finite_sides(moved.fold(all, |part, (m, content)| region_after(m, part, content)))
     }
 }
 

@@ -66,7 +66,7 @@ fn grown_box(
 
     // Down: the distance of interest at each level, and the modifiers on the way.
     let mut interest = band;
-    let mut passed: Vec<(&Modifier, f32, Aabb)> = Vec::new();
+    let mut passed: Vec<(&Modifier, f32, Extent)> = Vec::new();
     let mut region = Aabb::EMPTY;
     // Boxes of siblings can be compared with `near` only while their frame is the world's.
     let mut in_world = true;
@@ -93,14 +93,18 @@ fn grown_box(
                 OperatorKind::Intersect | OperatorKind::Morph
             )
         {
-            // These act on all the space that their list fills.
-            let everything = siblings
-                .iter()
-                .filter(|&&s| scene.node(s).at_current_time().visible)
-                .map(|&s| extents.node_bounds(s));
-            region = everything.fold(Aabb::EMPTY, |b, e| {
-                b.union(e.aabb.grown(e.lipschitz_inverse * interest))
-            });
+            // These act on all the space that their list fills. Ramps divide what is there.
+            let visible = |s: &&NodeId| scene.node(**s).at_current_time().visible;
+            let everything = siblings.iter().filter(visible);
+            interest *= everything
+                .clone()
+                .map(|&s| scene.ramp_stretch(s))
+                .product::<f32>();
+            region = everything
+                .map(|&s| extents.node_bounds(s))
+                .fold(Aabb::EMPTY, |b, e| {
+                    b.union(e.aabb.grown(e.lipschitz_inverse * interest))
+                });
             break;
         }
         if child == node {
@@ -115,8 +119,8 @@ fn grown_box(
                 vec![Extent::EMPTY; entry.modifiers.len()]
             };
             for (modifier, content) in entry.modifiers.iter().zip(&stages).rev() {
-                passed.push((modifier, interest, content.aabb));
-                interest = interest_inside(modifier, interest, content.aabb);
+                passed.push((modifier, interest, *content));
+                interest = interest_inside(modifier, interest, content);
             }
             in_world = false;
         }
@@ -124,9 +128,9 @@ fn grown_box(
 
     // Up: through the modifiers of the groups, innermost first.
     for (modifier, interest, content) in passed.into_iter().rev() {
-        region = region_after(modifier, region, content);
+        region = region_after(modifier, region, &content);
         // Beyond the ends of an extrusion, as beyond a clamp's box, distances depend on what is within.
-        if modifier.clamp_box(content).is_some() || matches!(modifier, Modifier::Extrude { .. }) {
+        if modifier.clamp(&content).is_some() || matches!(modifier, Modifier::Extrude { .. }) {
             region = region.grown(interest);
         }
     }
@@ -199,9 +203,11 @@ fn later_falls(
 }
 
 /// Returns the distance of interest before a modifier, given the one after it.
-fn interest_inside(modifier: &Modifier, interest: f32, content: Aabb) -> f32 {
+fn interest_inside(modifier: &Modifier, interest: f32, content: &Extent) -> f32 {
     match *modifier {
-        Modifier::Scale { .. } | Modifier::Stretch { .. } => interest / modifier.scale(),
+        Modifier::Scale { .. } | Modifier::Stretch { .. } | Modifier::ScaleDistance { .. } => {
+            interest / modifier.scale()
+        }
         Modifier::Instances { ref poses } => interest / poses.scales()[0],
         Modifier::Round { radius } => interest + radius.abs(),
         Modifier::Shell { half_thickness } => interest + half_thickness,

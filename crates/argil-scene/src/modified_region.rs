@@ -1,14 +1,16 @@
 //! What a modifier does to a box, and to the steepness of a distance.
 
+use crate::Modifier;
+use crate::clamp::stretch_of_turn;
+use crate::extent::{Extent, around_y};
 use crate::modifier::NOISE_LIPSCHITZ;
 use crate::shape_checks::endless;
-use crate::{Modifier, twist_stretch};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
 /// Returns the factor by which a modifier's distance must shrink to keep the Lipschitz constant of its content,
-/// given the content's box.
-pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
+/// given the content's extent.
+pub(crate) fn stretch(modifier: &Modifier, content: &Extent) -> f32 {
     match *modifier {
         // Each octave halves the amplitude and doubles the frequency, so it adds the same slope.
         Modifier::Displace {
@@ -26,12 +28,12 @@ pub(crate) fn stretch(modifier: &Modifier, content: Aabb) -> f32 {
         } => {
             let [low, high] = curve.slopes();
             let turn = low.abs().max(high.abs()) * (to - from).abs();
-            let nearest = WRAP_TRUSTED * wrap_core(radius, content);
+            let nearest = WRAP_TRUSTED * wrap_core(radius, content.aabb);
             (turn / (std::f32::consts::TAU * nearest)).max(1.0)
         }
         _ => modifier
-            .clamp_box(content)
-            .map_or(1.0, |b| twist_stretch(modifier, b)),
+            .clamp(content)
+            .map_or(1.0, |clamp| stretch_of_turn(modifier, &clamp)),
     }
 }
 
@@ -46,17 +48,8 @@ pub fn wrap_core(radius: f32, content: Aabb) -> f32 {
     (begin - margin).max(radius / 32.0)
 }
 
-/// Returns the box of all points as high as a region that are no farther from the y axis than a radius.
-fn around_y(radius: f32, region: Aabb) -> Aabb {
-    Aabb::new(
-        Vec3::new(-radius, region.min.y, -radius),
-        Vec3::new(radius, region.max.y, radius),
-    )
-}
-
-/// Returns a box around all points that a modifier maps into `region`, which is in the content's frame. `content`
-/// is the content's box.
-pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> Aabb {
+/// Returns a box around all points that a modifier maps into `region`, which is in the frame of `content`.
+pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: &Extent) -> Aabb {
     if region.is_empty() {
         return region;
     }
@@ -120,11 +113,8 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
             after = around_y(r, region);
         }
         Modifier::Twist { .. } | Modifier::Bend { .. } => {
-            let clamp_box = modifier.clamp_box(content).unwrap_or(Aabb::ALL);
-            after = modifier
-                .clamp_box(region)
-                .unwrap_or(Aabb::ALL)
-                .intersection(clamp_box);
+            let held = |of: &Extent| modifier.clamp(of).map_or(Aabb::ALL, |clamp| clamp.aabb);
+            after = held(&Extent::within(region)).intersection(held(content));
         }
         _ => {}
     }
@@ -133,7 +123,7 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: Aabb) -> 
 
 impl Modifier {
     /// Returns the factor by which the distance must shrink: see the function `stretch`.
-    pub fn stretch(&self, content: Aabb) -> f32 {
+    pub fn stretch(&self, content: &Extent) -> f32 {
         stretch(self, content)
     }
 }

@@ -2,7 +2,7 @@ use crate::shape::ShapeParameter;
 use crate::shape_checks as rules;
 use crate::{Curve, Pose, Poses, Ramp, ValidationError};
 use argil_math::Aabb;
-use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -246,6 +246,14 @@ modifiers! {
     }
     example(Self::Revolve { offset: 0.5 });
 
+    /// Scales distances without moving the surface. Blends and offsets measure distances, so a solid whose distances are
+    /// divided, such as a twisted one, blends evenly with an exact solid whose distances are scaled alike.
+    ScaleDistance {
+        /// The factor, from 1e-4 to 1. Rays take more steps where it is small.
+        by: f32 => within(1e-4, 1.0),
+    }
+    example(Self::ScaleDistance { by: 0.5 });
+
     /// Moves the surface in and out by value noise. Each octave has half the amplitude and twice the frequency of
     /// the one before.
     Displace {
@@ -280,7 +288,8 @@ impl Modifier {
         )
     }
 
-    /// Returns the map from the modified frame to the solid's own frame, for translate, rotate, scale and stretch.
+    /// Returns the map from the modified frame to the solid's own frame, for translate, rotate, scale and stretch, and for a scale
+    /// of distances only.
     pub fn affine(&self) -> Option<DAffine3> {
         match *self {
             Self::Translate { by } => Some(DAffine3::from_translation(-Vec3::from(by).as_dvec3())),
@@ -293,67 +302,19 @@ impl Modifier {
             }
             Self::Scale { by } => Some(DAffine3::from_scale(DVec3::splat(1.0 / f64::from(by)))),
             Self::Stretch { by } => Some(DAffine3::from_scale(Vec3::from(by).as_dvec3().recip())),
+            Self::ScaleDistance { .. } => Some(DAffine3::IDENTITY),
             _ => None,
         }
     }
 
-    /// Returns the factor by which every length grows at least: the factor of a scale, the smallest of a stretch,
-    /// and 1 otherwise. Distances grow by it.
+    /// Returns the factor by which distances grow: the factor of a scale, the smallest of a stretch, and 1 otherwise.
+    /// Lengths grow at least by it.
     pub fn scale(&self) -> f32 {
         match *self {
-            Self::Scale { by } => by,
+            Self::Scale { by } | Self::ScaleDistance { by } => by,
             Self::Stretch { by } => Vec3::from(by).min_element(),
             _ => 1.0,
         }
-    }
-
-    /// Returns the box to which a twist or bend clamps points: a box around the deformed solid with a margin.
-    /// `None` for other modifiers.
-    pub fn clamp_box(&self, content: Aabb) -> Option<Aabb> {
-        let farthest = |a: f32, b: f32| a.abs().max(b.abs());
-        let (x, y, z) = (
-            farthest(content.min.x, content.max.x),
-            farthest(content.min.y, content.max.y),
-            farthest(content.min.z, content.max.z),
-        );
-        let turned = match self {
-            Self::Twist { .. } => {
-                let r = Vec2::new(x, z).length();
-                Aabb::new(
-                    Vec3::new(-r, content.min.y, -r),
-                    Vec3::new(r, content.max.y, r),
-                )
-            }
-            Self::Bend { .. } => {
-                let r = Vec2::new(x, y).length();
-                Aabb::new(
-                    Vec3::new(-r, -r, content.min.z),
-                    Vec3::new(r, r, content.max.z),
-                )
-            }
-            _ => return None,
-        };
-        // Without a margin, the distance would be 0 on faces of the box that the solid touches.
-        Some(turned.grown(0.05 * turned.half_diagonal()))
-    }
-}
-
-/// Returns how much a twist or bend inside `clamp_box` can stretch space: the largest singular value of its
-/// Jacobian.
-///
-/// A twist shears a point at radius r by a = rate · r, and the largest singular value of a shear is (a + √(a² + 4))
-/// / 2. A bend's Jacobian is a rotation plus one column of length rate · r.
-pub fn twist_stretch(modifier: &Modifier, clamp_box: Aabb) -> f32 {
-    let far = clamp_box.min.abs().max(clamp_box.max.abs());
-    match *modifier {
-        Modifier::Twist { degrees_per_unit } => {
-            let a = degrees_per_unit.to_radians().abs() * Vec2::new(far.x, far.z).length();
-            0.5 * (a + (a * a + 4.0).sqrt())
-        }
-        Modifier::Bend { degrees_per_unit } => {
-            1.0 + degrees_per_unit.to_radians().abs() * far.truncate().length()
-        }
-        _ => 1.0,
     }
 }
 

@@ -55,9 +55,13 @@ impl MorphRamp {
         Ok(())
     }
 
-    /// Returns the factor by which the result of a morph by `amount` is divided.
-    pub fn stretch(&self, amount: f32) -> f32 {
-        1.0 + 2.0 * self.beyond(amount) + amount * self.along.steepness() * self.max_difference
+    /// Returns the steepness of the result of a morph by `amount`: of the mean of both distances, and what the ramp
+    /// adds.
+    pub(crate) fn slopes(&self, amount: f32) -> [f32; 2] {
+        [
+            1.0 + 2.0 * self.beyond(amount),
+            amount * self.along.steepness() * self.max_difference,
+        ]
     }
 
     /// Returns the largest distance of the result's surface from the box of both solids.

@@ -43,6 +43,7 @@ mod edit_queue;
 mod estimates;
 mod layout;
 mod material;
+pub(crate) use material::mixture;
 mod octants;
 mod parts;
 mod pending;

@@ -44,6 +44,9 @@ mod page_starts;
 mod pending;
 mod requests;
 mod sampler;
+mod source;
+mod stored_pages;
+mod tile;
 mod tree;
 mod volume_kind;
 
@@ -56,4 +59,8 @@ pub use page::{FLAT_CELL, NO_PAGE, PAGE_VOXELS_LOG2, Page, UNKNOWN_CELL, is_page
 pub use pending::LevelsPendingEdits;
 pub use requests::{PageAim, PageRequest};
 pub use sampler::{LevelLanes, LevelSampler, NO_REQUEST, split_position};
+pub use source::{TileSource, TileState};
+pub use tile::{
+    TIER_LEVELS, Tile, TileAddress, TileBaker, TileBrick, TileCell, TileError, TileHead, TileWorker,
+};
 pub use tree::Levels;

@@ -30,7 +30,8 @@ pub use level_set::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
 pub use levels::{
     FLAT_CELL, FillStats, LeafCell, LevelLanes, LevelSampler, Levels, LevelsLayout,
     LevelsPendingEdits, LightLevels, NO_PAGE, NO_REQUEST, PAGE_VOXELS_LOG2, Page, PageAim,
-    PageList, PageRequest, UNKNOWN_CELL, is_page, split_position,
+    PageList, PageRequest, TIER_LEVELS, Tile, TileAddress, TileBaker, TileBrick, TileCell,
+    TileError, TileHead, TileSource, TileState, TileWorker, UNKNOWN_CELL, is_page, split_position,
 };
 pub use mip_sampler::MipSampler;
 pub use octree::{

@@ -147,10 +147,24 @@ impl Query<'_> {
         if !origin.is_finite() || max_distance.is_nan() {
             return (None, [0; 2]);
         }
+        let mut probe = Probe::new(self.world, radius + self.epsilon);
+        let met = self.march(&mut probe, (origin, direction), radius, max_distance);
+        let hit =
+            met.map(|(t, by_field)| self.hit(&mut probe, (origin + t * direction, t), by_field));
+        (hit, probe.counts)
+    }
+
+    /// Returns how far a ray or a sphere goes until it meets the surface, and whether the field told.
+    pub(crate) fn march(
+        &self,
+        probe: &mut Probe<'_>,
+        (origin, direction): (Vec3, Vec3),
+        radius: f32,
+        max_distance: f32,
+    ) -> Option<(f32, bool)> {
         let is_field = matches!(self.source, QuerySource::Field);
         let scale = 1.0 / self.tables().lipschitz();
-        let mut probe = Probe::new(self.world, radius + self.epsilon);
-        let first = self.sample(&mut probe, origin).0;
+        let first = self.sample(probe, origin).0;
         let side = if first < 0.0 && radius == 0.0 {
             -1.0
         } else {
@@ -166,7 +180,7 @@ impl Query<'_> {
             let mut is_told = true;
             let mut asks = is_field;
             if !is_field {
-                (found[0], is_told) = self.sample(&mut probe, p);
+                (found[0], is_told) = self.sample(probe, p);
                 // The sphere reaches beyond the stored band, where the field knows more.
                 asks = !is_told && radius > 0.0 && found[0] < 2.0 * radius;
             }
@@ -186,23 +200,34 @@ impl Query<'_> {
                 }
                 let is_near = gap < self.epsilon.max(2.0 * f32::EPSILON * t);
                 if is_near && (is_told || radius > 0.0) {
-                    let at = (origin + t * direction, t);
-                    return (Some(self.hit(&mut probe, at, asks)), probe.counts);
+                    return Some((t, asks));
                 }
                 pace.advance(t, free, is_told || asks);
                 if pace.free > max_distance {
-                    return (None, probe.counts);
+                    return None;
                 }
             }
         }
-        (None, probe.counts)
+        None
+    }
+
+    /// Returns the direction in which distances grow around a point, by central differences.
+    fn difference(&self, probe: &mut Probe<'_>, p: Vec3) -> Vec3 {
+        let step = 16.0 * self.epsilon;
+        Vec3::from(Vec3::AXES.map(|axis| {
+            let up = self.sample(probe, p + step * axis).0;
+            up - self.sample(probe, p - step * axis).0
+        }))
     }
 
     /// Describes the surface at the point where a cast ended.
-    fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> RayHit {
+    pub(crate) fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> RayHit {
         let asked = if by_field { self.of_field() } else { *self };
         let (d, g) = asked.distance_and_gradient(probe, p);
-        let normal = g.normalize_or_zero();
+        // Right on the surface of some shapes, the gradient is none.
+        let normal = g
+            .try_normalize()
+            .unwrap_or_else(|| asked.difference(probe, p).normalize_or_zero());
         // Where distances are underestimates, the surface lies farther along.
         let point = asked.project_to_surface(probe, p).unwrap_or(p - d * normal);
         let kept = match self.source {

@@ -143,8 +143,8 @@ impl EditSession {
         }
     }
 
-    /// Applies a scene's changes to a volume. `before` is the program that the volume was built from, if there is
-    /// no incremental program yet.
+    /// Applies a scene's changes to a volume. `before` is the scene that the volume follows, and the program that it was
+    /// built from, if there is no incremental program yet.
     ///
     /// # Errors
     /// If the scene cannot be compiled; then nothing changes. If the bricks exceed the memory budget; then the next
@@ -153,7 +153,7 @@ impl EditSession {
         &mut self,
         scene: &Scene,
         mut kept: EditableVolume<'_>,
-        before: Option<&Program>,
+        before: (&Scene, Option<&Program>),
         (engine, budget): (&Engine, Option<u64>),
         pace: Option<EditBudget>,
     ) -> Result<UpdateResult, BuildError> {
@@ -161,36 +161,34 @@ impl EditSession {
         let Some(edits) = &self.edits else {
             return Ok(UpdateResult::Rebuild(RebuildReason::NotEditable));
         };
-        let Some(tables) = self.tables().or(before) else {
+        let Some(tables) = self.tables().or(before.1) else {
             return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
         };
         let changes = match self.changes_of(scene, edits.min_margins(tables)) {
             Ok(changes) => changes,
             Err(reason) => return Ok(UpdateResult::Rebuild(reason)),
         };
-        let first_put;
+        let is_first = self.program.is_none();
         let live = match &mut self.program {
-            Some(live) => {
-                if live.update(scene, changes)?.needs_rebuild {
-                    return Ok(self.request_rebuild(RebuildReason::GlobalBounds));
-                }
-                first_put = None;
-                live
-            }
+            Some(live) => live,
             None => {
-                let Some(before) = before else {
+                let (scene, Some(program)) = before else {
                     return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
                 };
-                let live = IncrementalProgram::new(scene, edits.parts(before))?;
-                if !live.has_same_bounds_as(before) {
+                let live = IncrementalProgram::new(scene, edits.parts(program))?;
+                if !live.has_same_bounds_as(program) {
                     return Ok(UpdateResult::Rebuild(RebuildReason::GlobalBounds));
                 }
-                // It is not known which parts are new.
-                first_put = Some((Aabb::ALL, true));
                 self.program.insert(live)
             }
         };
-        let put = first_put.unwrap_or_else(|| live.inserted_box());
+        if live.update(scene, changes)?.needs_rebuild {
+            return Ok(self.request_rebuild(RebuildReason::GlobalBounds));
+        }
+        if is_first {
+            live.tighten_box();
+        }
+        let put = live.inserted_box();
         match self.grow(scene, &mut kept, put) {
             Ok(None) => {}
             Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),

@@ -28,6 +28,7 @@ mod program_cache;
 mod query;
 mod rendering;
 mod representation;
+mod still;
 mod vertex_error;
 #[cfg(feature = "volume-files")]
 mod volume_import;
@@ -63,6 +64,8 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
+#[cfg(feature = "mesh-files")]
+pub use mesh_cache::cache_folder;
 pub use meshing::{MeshError, MeshOptions, MeshOutput, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
@@ -71,6 +74,7 @@ pub use representation::{
     BricksOptions, BuildTimings, DenseOptions, LevelsOptions, MeshCounts, MeshRenderOptions,
     OctreeOptions, Representation,
 };
+pub use still::StillError;
 pub use vertex_error::VertexError;
 #[cfg(feature = "volume-files")]
 pub use volume_import::{

@@ -18,14 +18,15 @@ const MAGIC_TEXT: &str = "grid04";
 pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
     let hash = blake3::hash(bytes).to_hex();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
-    Some(cache_folder()?.join(name))
+    Some(cache_folder()?.join("meshes").join(name))
 }
 
-fn cache_folder() -> Option<PathBuf> {
+/// Returns the folder of what can be made again, or `None` where there is none.
+pub fn cache_folder() -> Option<PathBuf> {
     #[cfg(target_arch = "wasm32")]
     return None;
     #[cfg(not(target_arch = "wasm32"))]
-    Some(dirs::cache_dir()?.join("argil").join("meshes"))
+    Some(dirs::cache_dir()?.join("argil"))
 }
 
 /// Writes samples, with the number of triangles and the repairs.

@@ -124,7 +124,7 @@ impl World {
         let light = self.light_for(settings.mode);
         // Blocks that edits have not rebuilt yet change the image later.
         let is_pending = self.edits.remaining_blocks() > 0;
-        let is_same = image.follows([light.is_some(), is_pending]);
+        let is_same = image.follows(([light.is_some(), is_pending], grid));
         let knows_all = is_same && !is_pending;
         let dirty = if knows_all { dirty_box } else { Aabb::ALL };
         Ok(self.with_source(light.as_deref(), |through| {
@@ -224,7 +224,7 @@ impl Orbit {
     }
 }
 
-fn check(camera: &Camera, settings: &RenderSettings) -> Result<(), RenderError> {
+pub(crate) fn check(camera: &Camera, settings: &RenderSettings) -> Result<(), RenderError> {
     let [width, height] = settings.size;
     if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
         return Err(RenderError::Size { width, height });

@@ -2,6 +2,10 @@
 
 use crate::web;
 use anyhow::{Context, bail};
+use argil::math::Control;
+use argil::scene::Scene;
+use argil_world::{PlanOptions, Shard, Store, StoredWorld, TileCacheOptions, WorldPlan};
+use std::path::{Path, PathBuf};
 use xtask::apt::{install, quietly};
 use xtask::{root, run};
 
@@ -17,11 +21,23 @@ const BROWSERS: [&str; 4] = [
 pub(crate) fn test() -> anyhow::Result<()> {
     let browser = ensure_browser()?;
     ensure_node()?;
-    // Node looks for packages next to the script.
-    let folder = root().join("target").join("page-test");
+    let folder = node_folder("page-test", "apps/argil-studio/page", "test.mjs")?;
+    let place = folder.display().to_string();
+    let server = web::server(0)?;
+    let url = format!("http://{}/", server.server_addr());
+    std::thread::spawn(move || web::answer(&server));
+    let script = folder.join("test.mjs").display().to_string();
+    let world = bake_world(&folder.join("world"))?.display().to_string();
+    check_3d_tiles(&world)?;
+    run("node", &[&script, &url, &browser, &place, &world])
+}
+
+/// Copies a script and installs its packages next to it, where Node looks for them. Returns the folder.
+fn node_folder(name: &str, from: &str, script: &str) -> anyhow::Result<PathBuf> {
+    let folder = root().join("target").join(name);
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    for name in ["package.json", "package-lock.json", "test.mjs"] {
-        let from = root().join("apps/argil-studio/page").join(name);
+    for name in ["package.json", "package-lock.json", script] {
+        let from = root().join(from).join(name);
         std::fs::copy(&from, folder.join(name)).with_context(|| from.display().to_string())?;
     }
     let place = folder.display().to_string();
@@ -29,11 +45,44 @@ pub(crate) fn test() -> anyhow::Result<()> {
         "npm",
         &["ci", "--prefix", &place, "--no-audit", "--no-fund"],
     )?;
-    let server = web::server(0)?;
-    let url = format!("http://{}/", server.server_addr());
-    std::thread::spawn(move || web::answer(&server));
-    let script = folder.join("test.mjs").display().to_string();
-    run("node", &[&script, &url, &browser, &place])
+    Ok(folder)
+}
+
+/// Exports a world as 3D Tiles, and reads them by the specification and with Khronos' validator of glTF.
+fn check_3d_tiles(world: &str) -> anyhow::Result<()> {
+    let folder = node_folder(
+        "3d-tiles-test",
+        "crates/argil-world/tests/tiles3d",
+        "check.mjs",
+    )?;
+    let out = folder.join("tiles");
+    StoredWorld::open(world, &TileCacheOptions::default())?.export_3d_tiles(
+        &out,
+        None,
+        &Control::default(),
+    )?;
+    let script = folder.join("check.mjs").display().to_string();
+    run("node", &[&script, &out.display().to_string()])
+}
+
+/// Bakes a world for the page to read, and returns its folder.
+fn bake_world(folder: &Path) -> anyhow::Result<PathBuf> {
+    let path = root().join("scenes/csg20.json");
+    let scene = Scene::open(&path)?;
+    let options = PlanOptions {
+        voxel_size: 0.004,
+        ..PlanOptions::default()
+    };
+    let plan = WorldPlan::new(&scene, &options)?;
+    // Without edits from the last time.
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let store = Store::create(&folder.display().to_string())?;
+    let control = Control::default();
+    argil_world::bake(&plan, &scene, &store, Shard::WHOLE, &control)?;
+    argil_world::finish(&plan, &scene, &store, false, &control)?;
+    Ok(folder.join(plan.hash()))
 }
 
 fn ensure_browser() -> anyhow::Result<String> {

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math as _math
 from typing import TYPE_CHECKING, Any
 
-from . import d2, d3, ease
+from . import d2, d3, ease, world
 from ._functions import (
     SampledSDF2,
     SampledSDF3,
@@ -262,5 +262,6 @@ __all__ = [
     "union",
     "vesica",
     "wireframe_box",
+    "world",
     "wrap_around",
 ]

@@ -33,8 +33,12 @@ def progress_of(progress: Any) -> Any:
             raise TypeError(f"progress: expected a function of stage, done and total, or a tqdm bar, not {progress!r}")
         return progress
 
+    latest = ""
+
     def advance(stage: str, done: int, total: int) -> None:
-        if progress.desc != stage:
+        nonlocal latest
+        if stage != latest:
+            latest = stage
             progress.reset(total=total or None)
             progress.set_description(stage, refresh=False)
         progress.total = total or None

@@ -10,7 +10,7 @@ use crate::program::Program;
 use crate::regularity::Regularity;
 use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, Instruction};
-use argil_scene::{Extent, Extents, NodeDesc, NodeId, Pose, Scene};
+use argil_scene::{Extent, Extents, NodeId, Pose, Scene};
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
@@ -219,7 +219,7 @@ impl<'a> Lowering<'a> {
         }
         let swapped = around.is_none() && self.slots[node] > self.prefix_slots[&group][last - 1];
         let ramp = self.ramp_before_joint(entry, frame);
-        let close = self.combine(entry, frame, swapped);
+        let close = self.combine(node, frame, swapped);
         let open = Instruction {
             op: abi::OP_PUSH_VALUE,
             ..Instruction::default()
@@ -247,14 +247,15 @@ impl<'a> Lowering<'a> {
         self.tasks.push(first);
     }
 
-    pub(super) fn combine(&mut self, entry: &NodeDesc, frame: Frame, swapped: bool) -> Instruction {
+    pub(super) fn combine(&mut self, node: NodeId, frame: Frame, swapped: bool) -> Instruction {
+        let entry = self.scene.node(node).at_current_time();
         let (mut flags, words) = combine_words(entry, frame, swapped);
         let mut words = words.to_vec();
         if let Some(ramp) = &entry.ramp {
             flags = flags & !abi::COMBINE_MASK | abi::COMBINE_RAMPED;
             words.extend([
                 (f64::from(ramp.max_difference) * frame.scale) as f32,
-                1.0 / ramp.stretch(entry.operator.morph_amount),
+                1.0 / self.scene.ramp_stretch(node),
             ]);
         }
         Instruction {

@@ -27,7 +27,7 @@ impl Lowering<'_> {
                 let words = [&by[..], &ramp_words(along)].concat();
                 let instr = self.with(abi::OP_SHIFT, &words);
                 self.emit(instr);
-                frame.scale /= f64::from(modifier.stretch(content.aabb));
+                frame.scale /= f64::from(modifier.stretch(content));
             }
             Modifier::Extrude { half_depth } => {
                 let words = [half_depth, frame.scale as f32];
@@ -50,7 +50,7 @@ impl Lowering<'_> {
             } => {
                 let length = to - from;
                 let core = wrap_core(radius, content.aabb);
-                frame.scale /= f64::from(modifier.stretch(content.aabb));
+                frame.scale /= f64::from(modifier.stretch(content));
                 let own = [from, length, radius, core, frame.scale as f32];
                 let words = [&own[..], &curve_words(curve)].concat();
                 let instr = self.with(abi::OP_WRAP, &words);

@@ -7,6 +7,7 @@ use super::params::{affine_words, is_loop, keep, repeat_words, scale_of};
 use crate::WORLD_LIMIT;
 use crate::domain_ops::COPY_WORDS;
 use crate::params::pack;
+use crate::places::ENDLESS;
 use argil_abi::{self as abi, Instruction};
 use argil_scene::{Extent, Modifier, NodeId, NodeKind, Operator, evaluated_copies};
 use glam::DAffine3;
@@ -218,7 +219,7 @@ impl Lowering<'_> {
                 seed,
                 octaves,
             } => {
-                let stretch = f64::from(modifier.stretch(content.aabb));
+                let stretch = f64::from(modifier.stretch(content));
                 let most =
                     f64::from(amplitude) * frame.scale * (2.0 - 0.5f64.powi(octaves as i32 - 1));
                 frame.scale /= stretch;
@@ -259,19 +260,28 @@ impl Lowering<'_> {
         if content.aabb.is_empty() {
             return Ok(());
         }
-        let held = modifier.clamp_box(content.aabb).filter(|b| b.is_finite());
+        let held = modifier.clamp(content).filter(|held| held.aabb.is_finite());
         let Some(held) = held else {
             return Err(LowerError::Infinite {
                 path: self.scene.path(node),
                 what,
             });
         };
-        let mut words = [held.min.to_array(), held.max.to_array()].concat();
+        let [mut min, mut max] = [held.aabb.min, held.aabb.max];
+        if held.radius.is_finite() {
+            // The radius holds the points.
+            (min.x, min.z, max.x, max.z) = (-ENDLESS, -ENDLESS, ENDLESS, ENDLESS);
+        }
+        let mut words = [min.to_array(), max.to_array()].concat();
         // The gap to the box is in the node's own unit, and distances are in the scene's.
-        words.extend([degrees_per_unit.to_radians(), frame.scale as f32]);
+        words.extend([
+            degrees_per_unit.to_radians(),
+            frame.scale as f32,
+            held.radius.min(ENDLESS),
+        ]);
         let instr = self.with(op, &words);
         self.emit(instr);
-        frame.scale /= f64::from(modifier.stretch(content.aabb));
+        frame.scale /= f64::from(modifier.stretch(content));
         closing.push(LoweringTask::Emit(self.with(abi::OP_UNCLAMP, &words)));
         Ok(())
     }

@@ -213,7 +213,7 @@ fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
 
 /// Returns the sky's light from a direction.
 #[inline(always)]
-fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
+pub(crate) fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let up = direction.y;
     let above = mix(HORIZON, ZENITH, high(up, 0.0).sqrt());
     let below = mix(HORIZON, NADIR, low(high(-up * 4.0, 0.0), 1.0));
@@ -255,7 +255,7 @@ fn mix(a: Vec3, b: Vec3, share: f32) -> Vec3 {
 }
 
 #[inline(always)]
-fn tone_mapped(c: f32) -> f32 {
+pub(crate) fn tone_mapped(c: f32) -> f32 {
     let x = c * 0.5;
     let y = x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14);
     low(high(y, 0.0), 1.0)

@@ -55,24 +55,28 @@ pub(super) fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
     Some(error.split(" at line ").next().unwrap_or(&error).to_owned())
 }
 
-/// Returns the member without which serde accepts the value, or only misses the member.
+/// Returns the member without which serde accepts the value, or only misses the member. By their names, because whether
+/// members keep their order depends on features that others turn on, and without its type a shape misses that first.
 pub(super) fn culprit(
     members: &serde_json::Map<String, Value>,
     complaint: impl Fn(serde_json::Map<String, Value>) -> Option<String>,
 ) -> Option<String> {
     let without = |key: &str| {
-        let mut rest = members.clone();
-        rest.remove(key);
-        complaint(rest)
+        let rest = members.iter().filter(|(name, _)| *name != key);
+        let mut rest: Vec<_> = rest
+            .map(|(name, value)| (name.clone(), value.clone()))
+            .collect();
+        rest.sort_unstable_by(|(a, _), (b, _)| a.cmp(b));
+        complaint(rest.into_iter().collect())
     };
-    let missed = |key: &&String| {
-        without(key).is_some_and(|c| c.starts_with(&format!("missing field `{key}`")))
-    };
-    members
-        .keys()
-        .find(|key| without(key).is_none())
-        .or_else(|| members.keys().find(missed))
-        .cloned()
+    let missed =
+        |key: &str| without(key).is_some_and(|c| c.starts_with(&format!("missing field `{key}`")));
+    let mut names: Vec<&String> = members.keys().collect();
+    names.sort_unstable();
+    let accepted = names.iter().find(|key| without(key).is_none());
+    accepted
+        .or_else(|| names.iter().find(|key| missed(key)))
+        .map(|key| (*key).clone())
 }
 
 /// Returns line and column, from 1, of the value at a path, or of the deepest part of the path that exists.

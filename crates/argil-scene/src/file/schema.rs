@@ -34,6 +34,9 @@ struct SceneDocument {
 /// # Panics
 /// Never: every type of the schema serializes.
 pub fn schema() -> String {
-    let schema = schemars::schema_for!(SceneDocument);
+    let mut sorted = schemars::schema_for!(SceneDocument).to_value();
+    // Whether members keep their order depends on features that others turn on.
+    sorted.sort_all_objects();
+    let schema = schemars::Schema::try_from(sorted).expect("a schema is an object");
     serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
 }

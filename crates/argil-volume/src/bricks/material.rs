@@ -91,7 +91,7 @@ impl BrickStore {
 
 /// Mixes the materials around a position in a brick of `side` voxels, given its samples and its band in voxels.
 #[inline(always)]
-fn mixture<T: Texel>(
+pub(crate) fn mixture<T: Texel>(
     samples: &[T],
     mixed: &[[u32; 2]; PLACES],
     (inner, range, side): (Vec3, f32, u32),

@@ -104,6 +104,10 @@ impl<'a> PageContext<'a> {
         site.classify(context, list, pruner)
     }
 
+    pub(super) fn program(&self) -> &'a Program {
+        self.program
+    }
+
     /// Returns the program of the whole scene.
     pub(super) fn whole(&self) -> PageList<'a> {
         PageList::Whole(self.program.instructions())
@@ -146,6 +150,29 @@ impl PageBaker<'_> {
             lists[cell] = self.list[..].into();
         }
         (lists, made)
+    }
+
+    /// Returns the cells of a page that a surface can pass through, one bit each, and what was measured.
+    pub(super) fn near_cells(&mut self, page: &Page, list: &[Instruction]) -> (u8, Arc<PageCells>) {
+        let measured = self.measure(page, list);
+        let context = &self.levels[page.level as usize];
+        let site = context.site(2 * page.place(), list);
+        let mut near = 0;
+        for (cell, &distance) in (0u32..).zip(&measured.distances) {
+            let is_near = match site.nearness(context, cell, distance) {
+                CellNearness::Clear => false,
+                CellNearness::Near => true,
+                CellNearness::Doubtful => {
+                    self.list.clear();
+                    let (marks, into) = (&measured.marks, &mut self.list);
+                    self.pruner
+                        .prune_marked_into(list, marks, cell as usize, into);
+                    !site.is_clear_in_parts(context, cell, &self.list)
+                }
+            };
+            near |= u8::from(is_near) << cell;
+        }
+        (near, measured)
     }
 
     /// Measures the cells of a page.

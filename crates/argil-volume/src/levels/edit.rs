@@ -67,6 +67,11 @@ impl Levels {
         edits: &mut LevelsPendingEdits,
     ) -> Result<EditStats, BricksError> {
         let program = live.to_program();
+        if let Some(stored) = &mut self.stored {
+            for level in 0..self.layout.count() {
+                stored.note_edits(level, edits.boxes(level));
+            }
+        }
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
         self.lists.forget_all();

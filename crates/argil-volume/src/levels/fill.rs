@@ -38,6 +38,10 @@ pub struct FillStats {
     pub evicted: u64,
     /// Requests that were not answered.
     pub remaining: u64,
+    /// Requests whose tiles are on their way from a store.
+    pub pending: u64,
+    /// Requests whose tiles the store lacks, or has damaged. Rays see what is coarser there.
+    pub missing: u64,
     /// Whether memory was the reason: the last frame used all of it.
     pub is_full: bool,
 }
@@ -48,6 +52,8 @@ impl std::ops::AddAssign for FillStats {
         self.bricks += other.bricks;
         self.evicted += other.evicted;
         self.remaining = other.remaining;
+        self.pending = other.pending;
+        self.missing = other.missing;
         self.is_full = other.is_full;
     }
 }
@@ -251,6 +257,7 @@ impl Levels {
                 let room = self.budget.saturating_sub(self.used_bytes()) / each;
                 let count = chunk.min(rest.len()).min(room as usize);
                 let (some, others) = rest.split_at(count);
+                let some = &self.available(program, some, &mut done)[..];
                 done.bricks += self.bake_requests::<T>(&context, some);
                 list_bytes = self.mean_list_bytes;
                 done.answered += some.len() as u64;
@@ -339,7 +346,7 @@ impl Levels {
         others.sort_unstable();
         slots.extend(others.iter().map(|(slot, _)| slot));
         cells.extend(others.iter().map(|(_, cells)| cells));
-        let baked = self.bake_pages::<T>(context, &slots, &cells);
+        let baked = self.stored_or_baked_pages::<T>(context, &slots, &cells);
         self.commit(&slots[..count], &baked[..count], |_| u8::MAX);
         self.commit(&slots[count..], &baked[count..], |_| 0);
         baked.iter().map(BakedPage::bricks).sum()

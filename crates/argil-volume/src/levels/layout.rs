@@ -91,7 +91,7 @@ impl LevelsLayout {
     }
 
     /// Returns the pages of the coarsest level: the first, and the one after the last.
-    pub(super) fn root_pages(&self) -> [IVec3; 2] {
+    pub fn root_pages(&self) -> [IVec3; 2] {
         let root = self.level(self.root());
         [root.first_cell() >> 1, ((root.end_cell() - 1) >> 1) + 1]
     }

@@ -50,6 +50,11 @@ impl LevelsPendingEdits {
         self.boxes.iter().all(Vec::is_empty)
     }
 
+    /// Returns the boxes of a level.
+    pub(super) fn boxes(&self, level: u32) -> &[Aabb] {
+        &self.boxes[level as usize]
+    }
+
     /// Takes the boxes of a level.
     pub(super) fn take(&mut self, level: u32) -> Vec<Aabb> {
         std::mem::take(&mut self.boxes[level as usize])

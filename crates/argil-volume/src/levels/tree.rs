@@ -5,6 +5,7 @@ use super::layout::LevelsLayout;
 
 use super::page::{NO_PAGE, Page, is_page, octant_of, octant_place};
 use super::requests::{PageRequest, Requests};
+use super::source::StoredTiles;
 use crate::MISSING_BRICK;
 use crate::Texels;
 use crate::bricks::{BrickStore, places};
@@ -80,6 +81,8 @@ pub struct Levels {
     /// What this frame or a later one used is not evicted.
     pub(super) kept_since: u32,
     pub(super) requests: Requests,
+    /// Where pages come from that were baked before.
+    pub(super) stored: Option<Box<StoredTiles>>,
     /// Hits of the current frame, and how many of them were too coarse.
     pub(super) hits: [AtomicU64; 2],
 }
@@ -98,6 +101,7 @@ impl Clone for Levels {
             used: self.used.iter().map(value).collect(),
             frame: value(&self.frame),
             requests: Requests::default(),
+            stored: self.stored.clone(),
             hits: Default::default(),
             ..*self
         }
@@ -144,6 +148,7 @@ impl Levels {
             frame: AtomicU32::new(0),
             kept_since: 1,
             requests: Requests::default(),
+            stored: None,
             hits: Default::default(),
         }
     }

@@ -62,7 +62,8 @@ impl World {
         }
         if let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) {
             let machine = (&self.engine, self.representation.memory_budget());
-            let before = self.program.get().map(|lowered| &lowered.program);
+            let lowered = self.program.get().map(|lowered| &lowered.program);
+            let before = (&self.scene, lowered);
             let followed = self.edits.update(scene, kept, before, machine, pace).await;
             // The program on the GPU already has the new parameters, even if the volume cannot follow.
             if self.gpu.is_some() && self.edits.tables().is_some() {

@@ -5,7 +5,8 @@ use crate::program_cache::ProgramCache;
 use crate::representation::Storage;
 use crate::{RenderError, Representation};
 use argil_render::{Camera, RenderMode, RenderSettings};
-use argil_volume::{FillStats, Levels, Volume};
+use argil_volume::{FillStats, Levels, TileSource, Volume};
+use std::sync::Arc;
 use web_time::{Duration, Instant};
 
 /// Maximum images of one refinement. Each asks for the next finer level.
@@ -31,6 +32,20 @@ impl World {
             Storage::Gpu(volume) => volume.levels_mut(),
             _ => None,
         }
+    }
+
+    /// Takes pages of levels of detail from a store from now on, as far as edits did not change them. Without
+    /// `bakes_missing`, rays see what is coarser where the store lacks a tile. Returns false for another representation.
+    pub fn set_tile_source(&mut self, source: Arc<dyn TileSource>, bakes_missing: bool) -> bool {
+        let program = &ProgramCache::of(&self.program, &self.edits).program;
+        let levels = match &mut self.storage {
+            Storage::Cpu(Volume::Levels(levels)) => Some(levels),
+            Storage::Gpu(volume) => volume.levels_mut(),
+            _ => None,
+        };
+        let Some(levels) = levels else { return false };
+        levels.set_source(source, program, bakes_missing);
+        true
     }
 
     /// Bakes bricks of levels of detail that images asked for since the last call, the most urgent first, until

@@ -1,0 +1,162 @@
+//! `argil render --integrator path`.
+
+use crate::args::RenderArgs;
+use crate::still_args::Integrator;
+use crate::{input, output};
+use anyhow::{Context, ensure};
+use argil::math::Control;
+use argil::render::{RenderMode, Still, StillOptions, denoised, developed};
+use argil::{Backend, save_png};
+use serde_json::json;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The still that is being made.
+static MAKING: Mutex<Option<Control>> = Mutex::new(None);
+
+/// Ends the still that is being made. Returns false if there is none, or if it was asked to end before.
+pub(crate) fn interrupt() -> bool {
+    let making = MAKING.lock().unwrap_or_else(PoisonError::into_inner).take();
+    making.inspect(Control::cancel).is_some()
+}
+
+/// Refuses flags that mean nothing for one of the integrators.
+pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
+    let own = &options.still;
+    if own.integrator == Integrator::Direct {
+        let of_paths = [
+            ("--denoise", own.denoise),
+            ("--time-limit", own.time_limit.is_some()),
+            ("--firefly-clamp", own.firefly_clamp.is_some()),
+        ];
+        let found = of_paths.iter().find(|(_, is_given)| *is_given);
+        ensure!(
+            found.is_none(),
+            "{}: add --integrator path",
+            found.map_or("", |(flag, _)| flag)
+        );
+        return Ok(());
+    }
+    let of_direct = [
+        ("--frames", options.frames.is_some()),
+        ("--show", options.show != RenderMode::Shaded),
+        ("--specialize", options.specialize),
+        ("--normals", options.normals.is_some()),
+        ("--device gpu", options.on.device == Backend::Gpu),
+    ];
+    let found = of_direct.iter().find(|(_, is_given)| *is_given);
+    ensure!(
+        found.is_none(),
+        "{}: --integrator path makes a shaded still on the CPU: omit it",
+        found.map_or("", |(flag, _)| flag)
+    );
+    Ok(())
+}
+
+pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
+    let path = picture_path(options)?;
+    output::check_place(&path, &options.scene)?;
+    let on = crate::args::DeviceArgs {
+        device: Backend::Cpu,
+        ..options.on
+    };
+    let control = crate::progress::control();
+    let engine = input::engine(&on)?.with_control(&control);
+    let start = Instant::now();
+    let (_, world) = input::world(
+        &options.scene,
+        &engine,
+        options.via,
+        &options.volume,
+        (options.time, on.allow_external_meshes),
+    )?;
+    let build_ms = start.elapsed().as_secs_f64() * 1e3;
+    let camera = options
+        .camera
+        .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
+    let settings = crate::render::settings(options, &world);
+    let defaults = StillOptions::default();
+    let asked = StillOptions {
+        samples: options.still.samples.unwrap_or(defaults.samples),
+        firefly_clamp: options.still.firefly_clamp,
+        time_limit: options.still.time_limit.map(Duration::from_secs_f32),
+        ..defaults
+    };
+    let start = Instant::now();
+    *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());
+    let still = world.still(&camera, &settings, &asked);
+    MAKING.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let still = still?;
+    let is_interrupted = control.is_cancelled();
+    ensure!(
+        still.samples() > 0,
+        "{}: interrupted before each pixel had a path",
+        path.display()
+    );
+    let paths_ms = start.elapsed().as_secs_f64() * 1e3;
+    let radiance = if options.still.denoise {
+        denoised(&still)
+    } else {
+        still.radiance()
+    };
+    write(&path, &still, &radiance)?;
+    let [width, height] = still.size();
+    if options.json {
+        output::json(&json!({
+            "device": engine.device(),
+            "via": world.representation().name(),
+            "integrator": "path",
+            "size": [width, height],
+            "brushes": world.program().brush_count(),
+            "samples": still.samples(),
+            "interrupted": is_interrupted,
+            "build_ms": build_ms,
+            "frame_ms": output::times(&[paths_ms]),
+            "hit_pixels": still.hit_pixels(),
+            "picture": path.display().to_string(),
+        }));
+        return Ok(());
+    }
+    output::line(&format!("{} ({width}x{height})", path.display()));
+    output::line(&format!(
+        "{} paths a pixel in {:.1} s{}",
+        still.samples(),
+        1e-3 * paths_ms,
+        if is_interrupted { ", interrupted" } else { "" }
+    ));
+    Ok(())
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+}
+
+fn picture_path(options: &RenderArgs) -> anyhow::Result<PathBuf> {
+    if let Some(path) = &options.output
+        && is_exr(path)
+    {
+        return Ok(path.clone());
+    }
+    let path = output::picture_path(options)?;
+    path.context("a still needs a name: add -o")
+}
+
+fn write(path: &Path, still: &Still, radiance: &[[f32; 3]]) -> anyhow::Result<()> {
+    let [width, height] = still.size();
+    if !is_exr(path) {
+        save_png(path, still.size(), &developed(radiance))?;
+        return Ok(());
+    }
+    let pixels = radiance.as_flattened().to_vec();
+    let image = image::Rgb32FImage::from_raw(width, height, pixels);
+    let image = image.context("the picture has other pixels than its size")?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image
+        .write_to(&mut bytes, image::ImageFormat::OpenExr)
+        .with_context(|| path.display().to_string())?;
+    argil::scene::write_atomically(path, |out| out.write_all(bytes.get_ref()))
+        .with_context(|| path.display().to_string())
+}

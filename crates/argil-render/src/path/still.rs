@@ -1,0 +1,78 @@
+//! What paths found, pixel by pixel.
+
+use super::integrator::PathSample;
+use glam::Vec3;
+
+/// What the paths of a pixel found: sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pixel {
+    pub light: Vec3,
+    /// Of the light's squares.
+    pub squares: Vec3,
+    pub albedo: Vec3,
+    pub normal: Vec3,
+    pub distance: f32,
+    pub covered: f32,
+    pub count: u32,
+}
+
+impl Pixel {
+    pub(super) fn add(&mut self, found: &PathSample) {
+        self.light += found.light;
+        self.squares += found.light * found.light;
+        self.albedo += found.albedo;
+        self.normal += found.normal;
+        self.distance += found.distance;
+        self.covered += f32::from(u8::from(found.is_covered));
+        self.count += 1;
+    }
+
+    pub(super) fn mean(&self) -> Vec3 {
+        self.light / self.count.max(1) as f32
+    }
+
+    /// Returns the variance of the mean.
+    pub(super) fn variance(&self) -> Vec3 {
+        let count = self.count.max(2) as f32;
+        let mean = self.light / count;
+        ((self.squares / count - mean * mean) / (count - 1.0)).max(Vec3::ZERO)
+    }
+}
+
+/// A path-traced picture.
+#[derive(Clone, Debug)]
+pub struct Still {
+    pub(super) size: [u32; 2],
+    pub(super) pixels: Vec<Pixel>,
+}
+
+impl Still {
+    /// Returns the width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Returns the number of paths of the pixel that has the fewest.
+    pub fn samples(&self) -> u32 {
+        let counts = self.pixels.iter().map(|pixel| pixel.count);
+        counts.min().unwrap_or(0)
+    }
+
+    /// Returns the light of each pixel: linear RGB with the primaries of sRGB, row by row from the top.
+    pub fn radiance(&self) -> Vec<[f32; 3]> {
+        let means = self.pixels.iter().map(|pixel| pixel.mean().to_array());
+        means.collect()
+    }
+
+    /// Returns the variance of each pixel's light.
+    pub fn variance(&self) -> Vec<[f32; 3]> {
+        let variances = self.pixels.iter().map(|pixel| pixel.variance().to_array());
+        variances.collect()
+    }
+
+    /// Returns the number of pixels that show a solid in at least half of their paths.
+    pub fn hit_pixels(&self) -> usize {
+        let covered = |pixel: &&Pixel| pixel.count > 0 && 2.0 * pixel.covered >= pixel.count as f32;
+        self.pixels.iter().filter(covered).count()
+    }
+}
