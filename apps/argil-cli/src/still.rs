@@ -5,8 +5,9 @@ use crate::still_args::Integrator;
 use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::math::Control;
-use argil::render::{RenderMode, Still, StillOptions, denoised, developed};
+use argil::render::{Development, RenderMode, StillOptions, denoised, developed};
 use argil::{Backend, save_png};
+use image::{DynamicImage, ImageFormat, Rgb32FImage, Rgba32FImage, RgbaImage};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
     if own.integrator == Integrator::Direct {
         let of_paths = [
             ("--denoise", own.denoise),
+            ("--transparent", own.transparent),
             ("--time-limit", own.time_limit.is_some()),
             ("--firefly-clamp", own.firefly_clamp.is_some()),
         ];
@@ -82,6 +84,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         samples: options.still.samples.unwrap_or(defaults.samples),
         firefly_clamp: options.still.firefly_clamp,
         time_limit: options.still.time_limit.map(Duration::from_secs_f32),
+        is_transparent: options.still.transparent,
         ..defaults
     };
     let start = Instant::now();
@@ -101,7 +104,14 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     } else {
         still.radiance()
     };
-    write(&path, &still, &radiance)?;
+    let development = Development::of_view(world.view());
+    let opacity = asked.is_transparent.then(|| still.opacity());
+    let picture = Picture {
+        size: still.size(),
+        radiance: &radiance,
+        opacity: opacity.as_deref(),
+    };
+    picture.write(&path, &development)?;
     let [width, height] = still.size();
     if options.json {
         output::json(&json!({
@@ -144,19 +154,61 @@ fn picture_path(options: &RenderArgs) -> anyhow::Result<PathBuf> {
     path.context("a still needs a name: add -o")
 }
 
-fn write(path: &Path, still: &Still, radiance: &[[f32; 3]]) -> anyhow::Result<()> {
-    let [width, height] = still.size();
-    if !is_exr(path) {
-        save_png(path, still.size(), &developed(radiance))?;
-        return Ok(());
+/// What is written.
+struct Picture<'a> {
+    size: [u32; 2],
+    radiance: &'a [[f32; 3]],
+    /// How much of each pixel is hidden, if what is behind is left out.
+    opacity: Option<&'a [f32]>,
+}
+
+impl Picture<'_> {
+    fn write(&self, path: &Path, development: &Development) -> anyhow::Result<()> {
+        let Some(opacity) = self.opacity else {
+            if !is_exr(path) {
+                save_png(path, self.size, &developed(self.radiance, development))?;
+                return Ok(());
+            }
+            let pixels = self.radiance.as_flattened().to_vec();
+            return self.encode(path, ImageFormat::OpenExr, |[w, h]| {
+                Rgb32FImage::from_raw(w, h, pixels).map(DynamicImage::from)
+            });
+        };
+        let all = self.radiance.iter().zip(opacity);
+        if is_exr(path) {
+            // Light of what is seen through is left out, as compositors expect (premultiplied).
+            let pixels = all
+                .flat_map(|(&[r, g, b], &share)| [r, g, b, share])
+                .collect();
+            return self.encode(path, ImageFormat::OpenExr, |[w, h]| {
+                Rgba32FImage::from_raw(w, h, pixels).map(DynamicImage::from)
+            });
+        }
+        let own: Vec<[f32; 3]> = all
+            .map(|(light, &share)| light.map(|c| c / share.max(1e-3)))
+            .collect();
+        let rgb = developed(&own, development);
+        let pixels = rgb
+            .chunks_exact(3)
+            .zip(opacity)
+            .flat_map(|(rgb, &share)| [rgb[0], rgb[1], rgb[2], (255.0 * share + 0.5) as u8])
+            .collect();
+        self.encode(path, ImageFormat::Png, |[w, h]| {
+            RgbaImage::from_raw(w, h, pixels).map(DynamicImage::from)
+        })
     }
-    let pixels = radiance.as_flattened().to_vec();
-    let image = image::Rgb32FImage::from_raw(width, height, pixels);
-    let image = image.context("the picture has other pixels than its size")?;
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    image
-        .write_to(&mut bytes, image::ImageFormat::OpenExr)
-        .with_context(|| path.display().to_string())?;
-    argil::scene::write_atomically(path, |out| out.write_all(bytes.get_ref()))
-        .with_context(|| path.display().to_string())
+
+    fn encode(
+        &self,
+        path: &Path,
+        format: ImageFormat,
+        image: impl FnOnce([u32; 2]) -> Option<DynamicImage>,
+    ) -> anyhow::Result<()> {
+        let image = image(self.size).context("the picture has other pixels than its size")?;
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let place = || path.display().to_string();
+        image.write_to(&mut bytes, format).with_context(place)?;
+        argil::scene::write_atomically(path, |out| out.write_all(bytes.get_ref()))
+            .with_context(place)
+    }
 }

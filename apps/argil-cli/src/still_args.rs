@@ -28,6 +28,9 @@ pub(crate) struct StillArgs {
     /// Paths: remove noise, by surfaces' normals, distances and colors
     #[arg(long)]
     pub denoise: bool,
+    /// Paths: leave out what is behind everything
+    #[arg(long)]
+    pub transparent: bool,
     /// Paths: the most light that a path may bring after its first surface. Removes bright dots, and light with them [default: none]
     #[arg(long, value_name = "LIGHT", allow_negative_numbers = true, value_parser = light)]
     pub firefly_clamp: Option<f32>,

@@ -289,7 +289,7 @@ impl Document {
             !materials.contains_key(new),
             "a material named {new} exists already"
         );
-        let material = materials.get(name).copied();
+        let material = materials.get(name).cloned();
         let users = self.users_of(name);
         self.begin_stroke("Rename material");
         self.set_material("Rename material", new, material)?;

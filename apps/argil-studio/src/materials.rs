@@ -35,7 +35,7 @@ impl Materials {
             .scene()
             .materials()
             .iter()
-            .map(|(name, material)| (name.clone(), *material))
+            .map(|(name, material)| (name.clone(), material.clone()))
             .collect();
         for (name, material) in all {
             egui::CollapsingHeader::new(&name)
@@ -51,7 +51,7 @@ impl Materials {
         name: &str,
         before: Material,
     ) {
-        let mut own = before;
+        let mut own = before.clone();
         ui.horizontal(|ui| {
             ui.label("Color");
             ui.color_edit_button_rgb(&mut own.base_color);

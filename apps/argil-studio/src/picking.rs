@@ -46,7 +46,7 @@ impl Silhouette {
 }
 
 /// A picked point of the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Picked {
     /// The hit.
     pub hit: RayHit,

@@ -207,7 +207,7 @@ impl Scene {
             }
             rename(&mut tree, &name, &free);
             scene
-                .set_material(free, *material)
+                .set_material(free, material.clone())
                 .map_err(ToPython::to_python)?;
         }
         let parent = self.parent_of(parent);

@@ -23,6 +23,8 @@ numbers! { NUMBERS:
     SHADOW_STEPS: u32 = 64;
     /// Distances along the normal that determine occlusion.
     OCCLUSION_TAPS: u32 = 5;
+    /// Normals for textures are differences over this part of a pattern's length.
+    TEXTURE_NORMAL_STEP: f32 = 0.005;
     /// The sun's light, linear RGB.
     SUN_LIGHT: [f32; 3] = [3.3, 3.05, 2.65];
     /// The sky's light from above.

@@ -10,6 +10,7 @@ use argil_abi as abi;
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
 
 /// A brush's map from the point, and its joint.
+#[derive(Clone)]
 pub(crate) struct BrushParams {
     pub m: [f32; 12],
     pub scale: f32,

@@ -219,6 +219,38 @@ impl<'a> Evaluator<'a> {
         out: &mut [f32],
         materials: &mut [GpuMaterial],
     ) {
+        self.run_materials(instructions, [x, y, z], out);
+        let found = &self.plain.material;
+        for (i, material) in materials.iter_mut().enumerate() {
+            material.base_roughness = array::from_fn(|k| found[k].0[i]);
+            material.emission_metallic = array::from_fn(|k| found[4 + k].0[i]);
+        }
+    }
+
+    /// Computes distances and all properties of materials with a pruned list: base color, roughness, emission, metalness,
+    /// transmission, index of refraction, 1 / attenuation distance, and height.
+    ///
+    /// # Panics
+    /// If the slices differ in length, or are longer than [`LANES`](crate::LANES).
+    pub fn appearances_with(
+        &mut self,
+        instructions: &[Instruction],
+        points: [&[f32]; 3],
+        out: &mut [f32],
+        appearances: &mut [[f32; 12]],
+    ) {
+        self.run_materials(instructions, points, out);
+        for (i, appearance) in appearances.iter_mut().enumerate() {
+            *appearance = array::from_fn(|k| self.plain.material[k].0[i]);
+        }
+    }
+
+    fn run_materials(
+        &mut self,
+        instructions: &[Instruction],
+        [x, y, z]: [&[f32]; 3],
+        out: &mut [f32],
+    ) {
         let n = out.len();
         assert!([x, y, z].iter().all(|axis| axis.len() == n), "as many");
         let plain = &mut *self.plain;
@@ -227,17 +259,12 @@ impl<'a> Evaluator<'a> {
             load(lanes, from, plain.active);
         }
         plain.origin = self.origin;
-        let first = self.program.materials[0];
-        for k in 0..4 {
-            plain.material[k] = f32::splat(first.base_roughness[k]);
-            plain.material[4 + k] = f32::splat(first.emission_metallic[k]);
+        let first = self.program.materials.appearance(0);
+        for (lanes, own) in plain.material.iter_mut().zip(first) {
+            *lanes = f32::splat(own);
         }
         run_parallel(self.program, instructions, plain, Carried::Materials);
         out.copy_from_slice(&plain.acc.0[..n]);
-        for (i, material) in materials.iter_mut().enumerate() {
-            material.base_roughness = array::from_fn(|k| plain.material[k].0[i]);
-            material.emission_metallic = array::from_fn(|k| plain.material[4 + k].0[i]);
-        }
     }
 }
 

@@ -14,7 +14,7 @@ mod units;
 
 use crate::jump_regions::loose_of;
 use crate::jumps::JumpRegion;
-use crate::materials::materials_of;
+use crate::materials::MaterialTable;
 use crate::part_grid::PartGrid;
 use crate::pieces::{PieceInfo, ROOT, regularity_of};
 use crate::program::Program;
@@ -126,7 +126,7 @@ impl IncrementalProgram {
             live.insert(node, operand);
         }
         live.arena.written.clear();
-        live.tables.materials = materials_of(scene);
+        live.tables.materials = MaterialTable::of(scene)?;
         live.index_all();
         live.recompute_regularity();
         live.update.loosened.clear();
@@ -172,7 +172,7 @@ impl IncrementalProgram {
 
     /// Returns the opcodes of the whole program, including earlier ones.
     pub fn opcodes(&self) -> OpcodeSet {
-        self.opcodes
+        self.opcodes.union(OpcodeSet::of_materials(&self.tables))
     }
 
     /// Applies a scene's changes since the last update.
@@ -245,7 +245,7 @@ impl IncrementalProgram {
             .iter()
             .any(|change| change.influence_box == Aabb::ALL);
         if of_everything {
-            self.tables.materials = materials_of(scene);
+            self.tables.materials = MaterialTable::of(scene)?;
         }
         let everything = of_everything || before != self.reliance();
         Ok(UpdateOutcome {
@@ -264,7 +264,7 @@ impl IncrementalProgram {
             program.lipschitz(),
             program.clearance_model_in(self.index.parts.base),
         );
-        own == self.reliance() && program.materials() == self.tables.materials
+        own == self.reliance() && program.materials() == self.tables.materials()
     }
 
     /// Returns what decisions about distances rely on.

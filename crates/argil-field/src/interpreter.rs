@@ -14,6 +14,7 @@ use crate::prefetch::prefetch;
 use crate::ramps::combine_ramped;
 use crate::relative_points::{affine, leave_origin, set_share};
 use crate::scalar::{F32Lanes, Real};
+use crate::textured_brush::mix_textured;
 use crate::{FAR, Program, WORLD_LIMIT};
 use argil_abi as abi;
 
@@ -46,6 +47,9 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
     r.absolute_from = usize::MAX;
     let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
+    if materials && program.has_textures() {
+        keep_points(r);
+    }
     let params = &program.params[..];
     // Caches hold the parameters of short lists.
     let is_long = instructions.len() > 64;
@@ -80,9 +84,13 @@ pub(crate) fn run<R: Real, const APART: bool>(
                     _ => save_value(r, materials),
                 }
             }
-            abi::OP_COMBINE => {
-                combine(r, params, &instructions[pc - 1], pc - 1, [materials, marks])
-            }
+            abi::OP_COMBINE => combine(
+                program,
+                r,
+                &instructions[pc - 1],
+                pc - 1,
+                [materials, marks],
+            ),
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => affine(r, params, at, instructions.get(pc)),
@@ -120,6 +128,16 @@ pub(crate) fn run<R: Real, const APART: bool>(
     }
 }
 
+/// Keeps where points are in the scene, for textures that are fixed to it.
+fn keep_points<R: Real>(r: &mut InterpreterState<R>) {
+    let origin = r.current_origin().unwrap_or_default().to_array();
+    for (axis, origin) in origin.into_iter().enumerate() {
+        for i in lanes_of(r.active) {
+            r.at[axis].0[i] = (f64::from(R::get(&r.point[axis], i).value()) + origin) as f32;
+        }
+    }
+}
+
 /// Measures a brush and joins it with the accumulator.
 #[inline(always)]
 fn brush<R: Real, const APART: bool>(
@@ -147,15 +165,13 @@ fn brush<R: Real, const APART: bool>(
         }
         if materials {
             let w = weights::<R>(&r.aside, &r.acc, &joint, flags, &r.share, r.active);
-            let m = &program.materials[instr.operand as usize];
-            let of = |k: usize| {
-                if k < 4 {
-                    m.base_roughness[k]
-                } else {
-                    m.emission_metallic[k - 4]
-                }
-            };
-            mix_materials(&mut r.material, r.active, |k, _| of(k), &w);
+            if flags >> abi::TEXTURES_SHIFT != 0 {
+                mix_textured(program, r, instr, &b, &w);
+            } else {
+                let m = program.materials.appearance(instr.operand as usize);
+                let channels = program.materials.channels();
+                mix_materials(&mut r.material, (r.active, channels), |k, _| m[k], &w);
+            }
         }
         join_aside(r, &joint);
     }
@@ -164,13 +180,13 @@ fn brush<R: Real, const APART: bool>(
 /// Joins the accumulator with the top of the stack.
 #[inline(always)]
 fn combine<R: Real>(
+    program: &Program,
     r: &mut InterpreterState<R>,
-    params: &[f32],
     instr: &abi::Instruction,
     place: usize,
     [materials, marks]: [bool; 2],
 ) {
-    let flags = instr.flags;
+    let (flags, params) = (instr.flags, &program.params[..]);
     let w: &[f32; 6] = words(params, instr.params as usize);
     let j = Joint {
         k: w[0],
@@ -192,7 +208,8 @@ fn combine<R: Real>(
             std::mem::swap(&mut other, &mut r.material);
         }
         let w = weights::<R>(&saved, &r.acc, &j, flags, &r.share, r.active);
-        mix_materials(&mut other, r.active, |k, i| r.material[k].0[i], &w);
+        let lanes = (r.active, program.materials.channels());
+        mix_materials(&mut other, lanes, |k, i| r.material[k].0[i], &w);
         *r.material = other;
     }
     if marks {

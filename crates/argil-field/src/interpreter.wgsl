@@ -3,6 +3,8 @@
 // *Length.* One loop over instructions, whose stacks have module scope. opcode_set.rs removes unused cases line by line.
 
 var<private> field_material: GpuMaterial;
+// The point in the scene, for textures that are fixed to it.
+var<private> texture_place: vec3<f32>;
 
 // The stacks. Module scope clears them once per thread instead of once per call.
 var<private> values: array<f32, GPU_STACK_SLOTS>;
@@ -30,7 +32,10 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) ->
     let d = shape_distance(instr.op, p, own) * scale;
     mark(acc, d, j, instr.flags, false);
     if with_material {
-        field_material = mix_material(field_material, materials[instr.operand], weight(acc, d, j, instr.flags));
+        let share = weight(acc, d, j, instr.flags);
+        if share != 0.0 {
+            field_material = mix_material(field_material, brush_material(instr, texture_place, p, own), share);
+        }
     }
     return combine_smooth(acc, d, j);
 }
@@ -44,6 +49,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
         return FAR;
     }
     var point = at;
+    texture_place = at;
     var acc = FAR;
     field_material = materials[0];
     var pc = 0u;

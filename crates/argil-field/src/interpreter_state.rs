@@ -9,7 +9,7 @@ use std::ops::{Deref, DerefMut};
 use std::thread::LocalKey;
 
 /// Base color, roughness, emission and metalness of each lane.
-pub(crate) type MaterialLanes = [F32Lanes; 8];
+pub(crate) type MaterialLanes = [F32Lanes; 12];
 
 /// The state of the interpreter: allocated once, used for many batches.
 pub(crate) struct InterpreterState<R: Real> {
@@ -29,8 +29,10 @@ pub(crate) struct InterpreterState<R: Real> {
     pub aside: R::Lanes,
     /// The share of the next morph with a ramp, or room for other shares.
     pub share: R::Lanes,
-    /// The accumulated materials.
+    /// The accumulated materials: see [`appearance`](crate::materials::MaterialTable::appearance).
     pub material: Box<MaterialLanes>,
+    /// The points in the scene, if materials have textures.
+    pub at: [F32Lanes; 3],
     pub values: Vec<R::Lanes>,
     pub points: Vec<[R::Lanes; 3]>,
     pub materials: Vec<MaterialLanes>,
@@ -82,6 +84,7 @@ impl<R: Real> InterpreterState<R> {
             aside: zero(),
             share: zero(),
             material: Box::new(std::array::from_fn(|_| f32::splat(0.0))),
+            at: std::array::from_fn(|_| f32::splat(0.0)),
             values: Vec::new(),
             points: Vec::new(),
             materials: Vec::new(),

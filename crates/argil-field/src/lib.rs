@@ -45,6 +45,8 @@ mod scalar;
 mod shapes;
 mod spans;
 mod specialize;
+mod textured_brush;
+mod textures;
 
 pub use bounds::ClearanceModel;
 pub use evaluate::Evaluator;

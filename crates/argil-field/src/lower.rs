@@ -9,7 +9,7 @@ mod params;
 mod sections;
 mod solid;
 
-use crate::materials::materials_of;
+use crate::materials::MaterialTable;
 use crate::pieces::{self, Pieces, is_open, magnitude};
 use crate::program::Program;
 use argil_abi::{self as abi, Instruction};
@@ -29,7 +29,7 @@ impl Program {
         let pieces = Pieces::of(scene);
         let mut lowering = Lowering::of(scene, Scene::ROOT, Some(&pieces));
         lowering.measure_pieces(&pieces);
-        lowering.program.materials = materials_of(scene);
+        lowering.program.materials = MaterialTable::of(scene)?;
         lowering.tasks.push(LoweringTask::Solid {
             node: Scene::ROOT,
             frame: Frame::OF_WORLD,

@@ -9,15 +9,15 @@ use crate::scalar::{F32Lanes, LANES, Real};
 use argil_abi as abi;
 use argil_math::bits_of;
 
-/// Sets `a` to mix(a, b, weights).
+/// Sets `a` to mix(a, b, weights), in the lanes and properties in use.
 #[inline(always)]
 pub(crate) fn mix_materials(
     a: &mut MaterialLanes,
-    active: usize,
+    (active, channels): (usize, usize),
     b: impl Fn(usize, usize) -> f32,
     weights: &F32Lanes,
 ) {
-    for (k, lanes) in a.iter_mut().enumerate() {
+    for (k, lanes) in a.iter_mut().enumerate().take(channels) {
         for i in 0..active.min(LANES) {
             lanes.0[i] += (b(k, i) - lanes.0[i]) * weights.0[i];
         }

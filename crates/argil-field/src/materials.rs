@@ -1,14 +1,227 @@
-//! The table of a scene's materials.
+//! The table of a scene's materials and their textures.
+//!
+//! *Practice.* Materials come first. If any has textures, an entry whose roughness is −1 follows, and then each one's
+//! record: an entry with the places of its four textures, or 0, and two entries for each of these: see
+//! [`textures`](crate::textures). The texels of images come last, three bytes each, as one number.
 
+use crate::lower::LowerError;
+use crate::textures::{CHANNELS, KIND_IMAGE, packed_texel, texture_words};
 use argil_abi::GpuMaterial;
-use argil_scene::{Material, Scene};
+use argil_scene::{Material, Pattern, Scene, SceneImage, Textures};
+use std::collections::HashMap;
+use std::sync::Arc;
 
-/// Returns the table: the default material, and then all materials by name.
-pub(crate) fn materials_of(scene: &Scene) -> Vec<GpuMaterial> {
-    let own = scene.materials().values().map(words_of);
-    std::iter::once(words_of(&Material::default()))
-        .chain(own)
-        .collect()
+/// Words of an entry.
+const WORDS: usize = 8;
+/// The most texels of all images.
+const MAX_TEXELS: usize = 1 << 26;
+
+/// Materials and textures, as interpreters read them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MaterialTable {
+    pub entries: Vec<GpuMaterial>,
+    /// Number of materials. The rest are textures.
+    pub materials: usize,
+    /// Properties besides those of an entry: see [`Program::appearances`](crate::Program). Empty if no material has any.
+    pub extras: Vec<[f32; 4]>,
+    /// A length over which heights of surfaces differ. 0 if no texture has heights.
+    pub bump_step: f32,
+    /// Whether a material lets light through.
+    pub has_glass: bool,
+}
+
+/// The extras of most materials.
+const PLAIN: [f32; 4] = [0.0, Material::REFRACTIVE_INDEX, 0.0, 0.0];
+
+/// What a material has besides the words of an entry: transmission, the index of refraction, 1 / attenuation distance, and
+/// height.
+fn extras_of(m: &Material) -> [f32; 4] {
+    let density = if m.attenuation_distance > 0.0 {
+        1.0 / m.attenuation_distance
+    } else {
+        0.0
+    };
+    [m.transmission, m.refractive_index, density, 0.0]
+}
+
+/// Returns the materials of a scene: the default one, and then all by name.
+fn all_of(scene: &Scene) -> impl Iterator<Item = (&str, Option<&Material>)> {
+    let own = scene.materials().iter();
+    std::iter::once(("", None)).chain(own.map(|(name, own)| (name.as_str(), Some(own))))
+}
+
+fn textures_of(material: Option<&Material>) -> Option<&Textures> {
+    let own = material?.textures.as_deref()?;
+    (!own.is_empty()).then_some(own)
+}
+
+/// Returns the place of each material's record in the table, or 0.
+pub(crate) fn texture_places(scene: &Scene) -> Vec<u32> {
+    let mut next = scene.materials().len() as u32 + 2;
+    let place = |(_, material)| {
+        let Some(textures) = textures_of(material) else {
+            return 0;
+        };
+        let own = next;
+        next += 1 + 2 * textures.patterns().count() as u32;
+        own
+    };
+    all_of(scene).map(place).collect()
+}
+
+impl MaterialTable {
+    /// A table without anything, not even the default material.
+    pub(crate) const BLANK: Self = Self {
+        entries: Vec::new(),
+        materials: 0,
+        extras: Vec::new(),
+        bump_step: 0.0,
+        has_glass: false,
+    };
+
+    /// Returns the properties of a material: base color, roughness, emission, metalness, and its extras.
+    #[inline]
+    pub(crate) fn appearance(&self, nth: usize) -> [f32; 12] {
+        let own = &self.entries[nth];
+        let extras = self.extras.get(nth).copied().unwrap_or(PLAIN);
+        let mut all = [0.0; 12];
+        all[..4].copy_from_slice(&own.base_roughness);
+        all[4..8].copy_from_slice(&own.emission_metallic);
+        all[8..].copy_from_slice(&extras);
+        all
+    }
+
+    /// Returns how many properties differ between materials, of 8 or 12.
+    #[inline]
+    pub(crate) fn channels(&self) -> usize {
+        if self.extras.is_empty() { 8 } else { 12 }
+    }
+
+    /// Creates the table of a scene.
+    ///
+    /// # Errors
+    /// If an image is not loaded, or images are too large together.
+    pub(crate) fn of(scene: &Scene) -> Result<Self, LowerError> {
+        let default = Material::default();
+        let own = |(_, material): (&str, Option<&Material>)| {
+            let material = material.unwrap_or(&default);
+            (words_of(material), extras_of(material))
+        };
+        let (mut entries, mut extras): (Vec<_>, Vec<_>) = all_of(scene).map(own).unzip();
+        let materials = entries.len();
+        let places = texture_places(scene);
+        let has_textures = places.iter().any(|&place| place != 0);
+        let mut bump_step = f32::INFINITY;
+        for bump in all_of(scene)
+            .filter_map(|(_, own)| textures_of(own))
+            .filter_map(|own| own.bump.as_ref())
+        {
+            bump_step = bump_step.min(BUMP_STEP * bump.size);
+        }
+        if extras.iter().all(|own| *own == PLAIN) && bump_step == f32::INFINITY {
+            extras.clear();
+        }
+        if has_textures {
+            let mut words = vec![0.0; WORDS];
+            words[3] = -1.0;
+            let mut images = Images::default();
+            for (name, material) in all_of(scene) {
+                if let Some(own) = textures_of(material) {
+                    let at = materials + words.len() / WORDS;
+                    record(name, own, at, &mut words, &mut images)?;
+                }
+            }
+            images.write(materials, &mut words);
+            words.resize(words.len().next_multiple_of(WORDS), 0.0);
+            entries.extend_from_slice(bytemuck::cast_slice::<f32, GpuMaterial>(&words));
+        }
+        Ok(Self {
+            has_glass: extras.iter().any(|own| own[0] > 0.0),
+            entries,
+            materials,
+            extras,
+            bump_step: if bump_step.is_finite() {
+                bump_step
+            } else {
+                0.0
+            },
+        })
+    }
+}
+
+/// Heights are compared over this part of a pattern's length.
+const BUMP_STEP: f32 = 1.0 / 512.0;
+
+/// Images of a table, each once, and the words that will tell where they begin.
+#[derive(Default)]
+struct Images {
+    all: Vec<Arc<SceneImage>>,
+    of_file: HashMap<String, usize>,
+    uses: Vec<(usize, usize)>,
+    texels: usize,
+}
+
+impl Images {
+    /// Writes texels behind all records.
+    fn write(&self, first_entry: usize, words: &mut Vec<f32>) {
+        let mut places = Vec::new();
+        for image in &self.all {
+            words.resize(words.len().next_multiple_of(WORDS), 0.0);
+            places.push(first_entry + words.len() / WORDS);
+            words.extend(image.pixels.iter().map(packed_texel));
+        }
+        for &(word, image) in &self.uses {
+            words[word] = places[image] as f32;
+        }
+    }
+}
+
+/// Appends a material's record, which begins at an entry of the table.
+fn record(
+    name: &str,
+    textures: &Textures,
+    at: usize,
+    words: &mut Vec<f32>,
+    images: &mut Images,
+) -> Result<(), LowerError> {
+    let header = words.len();
+    words.resize(header + WORDS, 0.0);
+    let mut next = at + 1;
+    for channel in 0..CHANNELS {
+        let Some((own, pattern)) = texture_words(textures, channel) else {
+            continue;
+        };
+        words[header + channel] = next as f32;
+        next += 2;
+        let begin = words.len();
+        words.extend(own);
+        let Pattern::Image { path, image, .. } = pattern else {
+            continue;
+        };
+        let Some(loaded) = &image.0 else {
+            return Err(LowerError::ImageNotLoaded {
+                material: name.into(),
+                file: path.clone(),
+            });
+        };
+        let nth = *images.of_file.entry(path.clone()).or_insert_with(|| {
+            images.texels += loaded.pixels.len();
+            images.all.push(loaded.clone());
+            images.all.len() - 1
+        });
+        if images.texels > MAX_TEXELS {
+            return Err(LowerError::ImagesTooLarge {
+                material: name.into(),
+                file: path.clone(),
+                limit: MAX_TEXELS,
+            });
+        }
+        let own = &mut words[begin..];
+        debug_assert_eq!(own[0], KIND_IMAGE);
+        [own[11], own[12]] = loaded.size.map(|side| side as f32);
+        images.uses.push((begin + 7, nth));
+    }
+    Ok(())
 }
 
 fn words_of(m: &Material) -> GpuMaterial {

@@ -12,17 +12,26 @@ use argil_abi as abi;
 pub struct OpcodeSet(u128);
 
 impl OpcodeSet {
-    /// All opcodes.
-    pub const ALL: Self = Self(u128::MAX);
+    /// All opcodes, without textures.
+    pub const ALL: Self = Self(!Self::TEXTURED.0);
+
+    /// What programs with textures need besides opcodes.
+    pub const TEXTURED: Self = Self(1 << 127);
 
     /// Returns the opcodes of a program.
     pub fn of(program: &Program) -> Self {
-        Self(
-            program
-                .instructions
-                .iter()
-                .fold(0, |set, instr| set | 1 << (instr.op & 127)),
-        )
+        let all = program.instructions.iter();
+        let own = Self(all.fold(0, |set, instr| set | 1 << (instr.op & 127)));
+        own.union(Self::of_materials(program))
+    }
+
+    /// Returns what a program's materials need.
+    pub fn of_materials(program: &Program) -> Self {
+        if program.has_textures() {
+            Self::TEXTURED
+        } else {
+            Self::default()
+        }
     }
 
     /// Whether the set contains an opcode.
@@ -56,6 +65,11 @@ impl OpcodeSet {
 
     fn interpreter(self) -> String {
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
+        text += if self.is_superset(Self::TEXTURED) {
+            include_str!("textures.wgsl")
+        } else {
+            PLAIN_MATERIALS
+        };
         // While skipping: the number of open braces of the case.
         let mut skipping = 0i32;
         for line in include_str!("interpreter.wgsl").lines() {
@@ -82,3 +96,10 @@ impl OpcodeSet {
         text
     }
 }
+
+/// What stands for `textures.wgsl` where no material has any.
+pub(crate) const PLAIN_MATERIALS: &str = "
+fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> GpuMaterial {
+    return materials[instr.operand];
+}
+";

@@ -1,5 +1,5 @@
 use crate::jumps::JumpRegion;
-use crate::materials::materials_of;
+use crate::materials::MaterialTable;
 use crate::spans::{GroupSpan, OperandSpan};
 use argil_abi::{self as abi, GpuMaterial, Instruction};
 use argil_math::Aabb;
@@ -25,7 +25,7 @@ use argil_scene::Scene;
 pub struct Program {
     pub(crate) instructions: Vec<Instruction>,
     pub(crate) params: Vec<f32>,
-    pub(crate) materials: Vec<GpuMaterial>,
+    pub(crate) materials: MaterialTable,
     pub(crate) aabb: Aabb,
     /// A power of two that no finite side of an operand's box exceeds.
     pub(crate) magnitude: f32,
@@ -49,7 +49,8 @@ impl Default for Program {
     /// Returns the program of an empty scene.
     fn default() -> Self {
         Self {
-            materials: materials_of(&Scene::new()),
+            // A scene without materials names no image.
+            materials: MaterialTable::of(&Scene::new()).unwrap_or_default(),
             ..Self::blank()
         }
     }
@@ -61,7 +62,7 @@ impl Program {
         Self {
             instructions: Vec::new(),
             params: Vec::new(),
-            materials: Vec::new(),
+            materials: MaterialTable::BLANK,
             aabb: Aabb::EMPTY,
             magnitude: 0.0,
             lipschitz: 1.0,
@@ -90,7 +91,28 @@ impl Program {
 
     /// Returns the materials that brushes refer to. Never empty.
     pub fn materials(&self) -> &[GpuMaterial] {
-        &self.materials
+        &self.materials.entries[..self.materials.materials]
+    }
+
+    /// Returns the materials, followed by the words of their textures: what shaders read.
+    pub fn material_table(&self) -> &[GpuMaterial] {
+        &self.materials.entries
+    }
+
+    /// Returns whether a material has textures.
+    pub fn has_textures(&self) -> bool {
+        self.materials.entries.len() > self.materials.materials
+    }
+
+    /// Returns whether a material lets light through.
+    pub fn has_glass(&self) -> bool {
+        self.materials.has_glass
+    }
+
+    /// Returns the length over which heights of surfaces differ, if a material has a bump texture.
+    pub fn bump_step(&self) -> Option<f32> {
+        let step = self.materials.bump_step;
+        (step > 0.0).then_some(step)
     }
 
     /// Returns a box that contains the solid. It may be infinite, or empty for an empty scene.
@@ -117,7 +139,7 @@ impl Program {
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&self.instructions[..])
             + size_of_val(&self.params[..])
-            + size_of_val(&self.materials[..])
+            + size_of_val(self.material_table())
     }
 
     /// Returns the maximum copies of a brush that a point evaluates, over all loops around it. 1 without loops.

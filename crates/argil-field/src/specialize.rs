@@ -3,8 +3,9 @@
 //! The numbers stay in the table of parameters, so a brush can move without a new shader. The loop over
 //! instructions, the selection by opcode and the stacks disappear.
 
-use crate::dispatch::wgsl_function;
-use crate::{Program, WGSL_COMMON};
+use crate::dispatch::{wgsl_dispatch, wgsl_function};
+use crate::opcode_set::PLAIN_MATERIALS;
+use crate::{OpcodeSet, Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
 
@@ -15,7 +16,18 @@ impl Program {
     /// Returns the twin of [`crate::OpcodeSet::wgsl`] for this program alone, or `None` if it is too long.
     pub fn specialized_wgsl(&self) -> Option<String> {
         (self.instructions.len() <= MAX_INSTRUCTIONS)
-            .then(|| [WGSL_COMMON, &write_field(self)].concat())
+            .then(|| WGSL_COMMON.to_owned() + &self.material_wgsl() + &write_field(self))
+    }
+}
+
+impl Program {
+    /// Returns the functions that a brush's material needs.
+    fn material_wgsl(&self) -> String {
+        if !self.has_textures() {
+            return PLAIN_MATERIALS.to_owned();
+        }
+        let used = OpcodeSet::of(self);
+        wgsl_dispatch(|op| used.contains(op)) + include_str!("textures.wgsl")
     }
 }
 
@@ -228,7 +240,7 @@ fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std
     )?;
     writeln!(
         out,
-        "    if with_material {{ field_material = mix_material(field_material, materials[{operand}u], weight(a{v}, d, j, {flags}u)); }}"
+        "    if with_material {{ field_material = mix_material(field_material, brush_material(Instruction({op}u, {flags}u, {w}u, {operand}u), at, p, {own}u), weight(a{v}, d, j, {flags}u)); }}"
     )?;
     writeln!(
         out,

@@ -54,7 +54,7 @@ impl GpuProgram {
         let opcodes = if gpu.info().kind == DeviceKind::Software {
             OpcodeSet::of(program)
         } else {
-            OpcodeSet::ALL
+            OpcodeSet::ALL.union(OpcodeSet::of(program))
         };
         let field_wgsl = if specialized {
             program
@@ -129,7 +129,7 @@ impl GpuProgram {
         } else {
             self.params.write(&self.gpu, params)?;
         }
-        self.materials.write(&self.gpu, program.materials())?;
+        self.materials.write(&self.gpu, program.material_table())?;
         self.length = incremental.instruction_count().max(1);
         self.set_iterations(incremental.max_iterations());
         self.is_live = true;
@@ -210,7 +210,7 @@ impl GpuProgram {
         let instructions = rows_of(program);
         self.instructions.write(&self.gpu, instructions)?;
         self.params.write(&self.gpu, program.params())?;
-        self.materials.write(&self.gpu, program.materials())?;
+        self.materials.write(&self.gpu, program.material_table())?;
         self.length = instructions.len();
         self.set_iterations(program.max_iterations());
         self.is_live = false;

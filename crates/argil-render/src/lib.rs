@@ -36,7 +36,8 @@ pub use image::RenderOutput;
 pub use light::SHADOW_STEPS;
 pub use live_image::LiveImage;
 pub use path::{
-    PathHit, PathLights, PathScene, Still, StillOptions, denoised, developed, trace_paths,
+    Development, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
+    PathView, Still, StillOptions, denoised, developed, trace_paths,
 };
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;

@@ -6,24 +6,31 @@
 mod albedo;
 mod bsdf;
 mod denoise;
+mod develop;
+mod emitters;
+mod environment;
+mod fog;
+mod glass;
 mod integrator;
 mod lights;
+mod material;
 mod microfacets;
 mod sampler;
 mod sky;
 mod still;
 
 pub use denoise::denoised;
+pub use develop::{Development, developed};
 pub use integrator::{PathHit, PathScene};
-pub use lights::PathLights;
+pub use lights::{EnvironmentNotLoaded, PathLights};
+pub use material::PathMaterial;
 pub use still::Still;
 
 use crate::camera::through;
-use crate::light::reflect::tone_mapped;
-use crate::srgb::SRGB;
 use crate::tile::tiles;
 use argil_abi::FrameUniform;
 use argil_math::Control;
+use argil_scene::Fog;
 use glam::Vec3;
 use integrator::Integrator;
 use rayon::prelude::*;
@@ -43,6 +50,8 @@ pub struct StillOptions {
     pub firefly_clamp: Option<f32>,
     /// The time after which no pass begins. The first one is made in any case.
     pub time_limit: Option<Duration>,
+    /// Whether what is behind everything is left out: see [`Still::opacity`].
+    pub is_transparent: bool,
 }
 
 impl Default for StillOptions {
@@ -52,29 +61,63 @@ impl Default for StillOptions {
             max_bounces: 32,
             firefly_clamp: None,
             time_limit: None,
+            is_transparent: false,
         }
     }
 }
 
-/// Converts light to 8-bit sRGB as the other integrator does, three bytes a pixel.
-pub fn developed(radiance: &[[f32; 3]]) -> Vec<u8> {
-    let toned: Vec<[f32; 4]> = radiance
-        .iter()
-        .map(|light| {
-            let [r, g, b] = light.map(tone_mapped);
-            [r, g, b, 0.0]
-        })
-        .collect();
-    let mut rgb = vec![0; 3 * radiance.len()];
-    SRGB.show(&toned, &mut rgb);
-    rgb
+/// The lens of a camera whose picture is sharp at one distance (thin lens: Cook, Porter and Carpenter, "Distributed ray
+/// tracing", 1984).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathLens {
+    /// Radius of the opening.
+    pub radius: f32,
+    /// Distance of what is sharp, along the view's axis.
+    pub focus: f32,
+}
+
+/// What paths find besides surfaces.
+#[derive(Clone, Debug)]
+pub struct PathView {
+    /// The lights, and what is behind everything.
+    pub lights: PathLights,
+    /// Fog around all surfaces.
+    pub fog: Option<Fog>,
+    /// The camera's lens. Without one, all is sharp.
+    pub lens: Option<PathLens>,
+}
+
+impl PathView {
+    /// Creates a view with lights, and nothing else.
+    pub fn new(lights: PathLights) -> Self {
+        Self {
+            lights,
+            fog: None,
+            lens: None,
+        }
+    }
+
+    /// Returns where the ray of a place in the image begins, and its direction. `random` is a point of the unit square.
+    fn ray(&self, frame: &FrameUniform, [x, y]: [f32; 2], [u, v]: [f32; 2]) -> (Vec3, Vec3) {
+        let eye = Vec3::from(frame.eye);
+        let direction = through(frame, x, y);
+        let Some(lens) = self.lens.filter(|lens| lens.radius > 0.0) else {
+            return (eye, direction);
+        };
+        let [right, up, forward] = [frame.right, frame.up, frame.forward].map(Vec3::from);
+        let sharp = eye + direction * (lens.focus / direction.dot(forward).max(1e-4));
+        let (radius, turn) = (lens.radius * u.sqrt(), std::f32::consts::TAU * v);
+        let beside = right.normalize_or_zero() * turn.cos() + up.normalize_or_zero() * turn.sin();
+        let origin = eye + radius * beside;
+        (origin, (sharp - origin).normalize())
+    }
 }
 
 /// Makes a still, on rayon's current threads. The frame has the camera, the size and the ground. Canceled work returns what is
 /// there. `passed` is called after each pass.
 pub fn trace_paths(
     scene: &dyn PathScene,
-    lights: &PathLights,
+    view: &PathView,
     frame: &FrameUniform,
     options: &StillOptions,
     control: &Control,
@@ -89,11 +132,12 @@ pub fn trace_paths(
     let integrator = Integrator {
         frame,
         scene,
-        lights,
+        lights: &view.lights,
+        fog: view.fog.filter(|fog| fog.density > 0.0),
+        is_transparent: options.is_transparent,
         max_bounces: options.max_bounces,
         clamp: options.firefly_clamp.unwrap_or(f32::INFINITY),
     };
-    let eye = Vec3::from(frame.eye);
     control.begin("paths", u64::from(options.samples) * all.len() as u64);
     for pass in 0..options.samples {
         let is_late = options
@@ -113,8 +157,9 @@ pub fn trace_paths(
                 );
                 let mut sampler = Sampler::new(y * size[0] + x, pass);
                 let [u, v] = sampler.pair();
-                let direction = through(frame, x as f32 + u, y as f32 + v);
-                pixel.add(&integrator.path(eye, direction, &mut sampler));
+                let on_lens = sampler.pair();
+                let (origin, direction) = view.ray(frame, [x as f32 + u, y as f32 + v], on_lens);
+                pixel.add(&integrator.path(origin, direction, &mut sampler));
             }
             control.advance(1);
         });

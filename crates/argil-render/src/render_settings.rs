@@ -214,7 +214,7 @@ fn ray_box(show: RenderMode, solid: Aabb, voxel_grid: Option<&VoxelGrid>, epsilo
 }
 
 /// Returns the direction to the sun.
-fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
+pub(crate) fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
     let [azimuth, elevation] = azimuth_elevation_degrees.map(f32::to_radians);
     [
         elevation.cos() * azimuth.sin(),

@@ -274,6 +274,7 @@ impl Scene {
                     Some(material) => material.check()?,
                     None => self.check_unused(&name)?,
                 }
+                let material = material.map(|own| self.with_images(own));
                 HistoryStep::SetMaterial { name, material }
             }
         })

@@ -292,7 +292,7 @@ impl Scene {
             },
             Edit::SetMaterial { name, material } => LogLine::SetMaterial {
                 name: name.clone(),
-                material: *material,
+                material: material.clone(),
             },
         }
     }

@@ -191,8 +191,9 @@ impl Scene {
     ) -> Result<(), ValidationError> {
         let name = name.into();
         material.check().map_err(|f| f.within(&name))?;
-        let old = self.materials.insert(name, material);
-        if old != Some(material) {
+        if self.materials.get(&name) != Some(&material) {
+            let material = self.with_images(material);
+            self.materials.insert(name, material);
             self.history.note(SceneChange::of_everything());
         }
         Ok(())

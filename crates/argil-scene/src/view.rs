@@ -1,12 +1,13 @@
+use crate::lighting::check_lights;
 use crate::validation::{ValidationError, coordinate, each, within};
-use crate::{CameraPath, CameraPose};
+use crate::{CameraPath, CameraPose, Environment, Fog, Lens, Light, ToneCurve};
 use argil_math::Aabb;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The view of a scene: camera, ground, sun and bounds.
+/// The view of a scene: camera, ground, lights and bounds, and how its picture is developed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -23,6 +24,24 @@ pub struct View {
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
+    /// Lights of stills, up to 256. If they are missing, the sun.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Vec<Light>>,
+    /// What is behind everything in stills.
+    #[serde(skip_serializing_if = "Environment::is_sky")]
+    pub environment: Environment,
+    /// Fog in stills.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fog: Option<Fog>,
+    /// The lens of stills. If it is missing, all is sharp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens: Option<Lens>,
+    /// Exposure in stops, from −20 to 20: each doubles the light.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub exposure: f32,
+    /// How light becomes colors.
+    #[serde(skip_serializing_if = "is_default_tone")]
+    pub tone: ToneCurve,
     /// Paths of cameras, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub paths: BTreeMap<String, CameraPath>,
@@ -36,9 +55,23 @@ impl Default for View {
             ground: false,
             bounds: None,
             sun_degrees: [60.0, 50.0],
+            lights: None,
+            environment: Environment::Sky,
+            fog: None,
+            lens: None,
+            exposure: 0.0,
+            tone: ToneCurve::Aces,
             paths: BTreeMap::new(),
         }
     }
+}
+
+fn is_zero(value: &f32) -> bool {
+    value.to_bits() == 0
+}
+
+fn is_default_tone(tone: &ToneCurve) -> bool {
+    *tone == ToneCurve::default()
 }
 
 impl View {
@@ -51,6 +84,17 @@ impl View {
             170.0,
         )?;
         each("sun_degrees", self.sun_degrees, coordinate)?;
+        check_lights(self.lights.as_deref().unwrap_or_default())?;
+        self.environment
+            .check()
+            .map_err(|fault| fault.within("environment"))?;
+        self.fog
+            .map_or(Ok(()), |fog| fog.check())
+            .map_err(|fault| fault.within("fog"))?;
+        self.lens
+            .map_or(Ok(()), |lens| lens.check())
+            .map_err(|fault| fault.within("lens"))?;
+        within("exposure", self.exposure, -20.0, 20.0)?;
         for (name, path) in &self.paths {
             path.check()
                 .map_err(|fault| fault.within(&format!("paths.{name}")))?;

@@ -3,6 +3,7 @@
 
 use crate::probe::{AHEAD, Probe, material_of};
 use crate::query::{Query, QuerySource};
+use argil_abi::GpuMaterial;
 use argil_scene::Material;
 use glam::Vec3;
 
@@ -12,7 +13,7 @@ const MAX_STEPS: usize = 4096;
 const RELAXATION: f32 = argil_abi::RELAXATION;
 
 /// Where a cast met the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RayHit {
     /// Distance traveled along the ray, in the scene's unit.
     pub distance: f32,
@@ -222,6 +223,19 @@ impl Query<'_> {
 
     /// Describes the surface at the point where a cast ended.
     pub(crate) fn hit(&self, probe: &mut Probe<'_>, (p, t): (Vec3, f32), by_field: bool) -> RayHit {
+        let (point, normal) = self.surface(probe, p, by_field);
+        let kept = self.stored_material(point, normal, by_field);
+        let material = kept.unwrap_or_else(|| probe.material(point));
+        RayHit {
+            distance: t,
+            point: point.to_array(),
+            normal: normal.to_array(),
+            material: material_of(&material),
+        }
+    }
+
+    /// Returns the point of the surface near the end of a cast, and its normal.
+    pub(crate) fn surface(&self, probe: &mut Probe<'_>, p: Vec3, by_field: bool) -> (Vec3, Vec3) {
         let asked = if by_field { self.of_field() } else { *self };
         let (d, g) = asked.distance_and_gradient(probe, p);
         // Right on the surface of some shapes, the gradient is none.
@@ -230,18 +244,21 @@ impl Query<'_> {
             .unwrap_or_else(|| asked.difference(probe, p).normalize_or_zero());
         // Where distances are underestimates, the surface lies farther along.
         let point = asked.project_to_surface(probe, p).unwrap_or(p - d * normal);
-        let kept = match self.source {
+        (point, normal)
+    }
+
+    /// Returns the material that a volume stores at a point of its surface.
+    pub(crate) fn stored_material(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        by_field: bool,
+    ) -> Option<GpuMaterial> {
+        match self.source {
             QuerySource::Volume(volume) if !by_field => {
                 volume.material_at(point, normal, self.tables().materials())
             }
             _ => None,
-        };
-        let material = kept.unwrap_or_else(|| probe.material(point));
-        RayHit {
-            distance: t,
-            point: point.to_array(),
-            normal: normal.to_array(),
-            material: material_of(&material),
         }
     }
 }

@@ -14,6 +14,7 @@ mod export;
 mod field_mesh;
 mod heightmap;
 mod image;
+mod image_assets;
 mod levels_mesh;
 mod light;
 mod limits;

@@ -1,6 +1,7 @@
 //! Finds, checks, samples and caches the meshes that scenes name.
 
 use crate::heightmap::heights;
+use crate::image_assets;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
 use argil_math::Control;
@@ -78,9 +79,17 @@ pub enum MeshFileError {
     #[cfg(feature = "volume-files")]
     #[error(transparent)]
     Volume(#[from] crate::VolumeReadError),
+    /// An image cannot be read.
+    #[error("{}: {reason}", path.display())]
+    Image {
+        /// Path of the file.
+        path: PathBuf,
+        /// What was wrong, and what helps.
+        reason: String,
+    },
     /// The file lies outside the scene's folder.
     #[error(
-        "the mesh \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
+        "the file \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
         folder.display()
     )]
     ExternalMesh {
@@ -91,7 +100,7 @@ pub enum MeshFileError {
     },
 }
 
-/// Loads the meshes and heightmap images that a scene names and does not have yet. `folder` is the folder of the
+/// Loads the meshes, heightmaps and images that a scene names and does not have yet. `folder` is the folder of the
 /// scene's file. If `allow_external` is false, paths may not leave it. The samples are cached in the user's cache folder,
 /// by the hash of the file's bytes.
 ///
@@ -115,6 +124,11 @@ pub fn load_meshes_with_control(
     allow_external: bool,
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    image_assets::load(scene, |path| {
+        let place = place_of(path, folder, allow_external)?;
+        let bytes = argil_mesh::bytes(&place)?;
+        Ok(Some((place, bytes)))
+    })?;
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
@@ -136,6 +150,11 @@ pub fn load_meshes_from_bytes(
     scene: &mut Scene,
     files: &[(String, Vec<u8>)],
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    image_assets::load(scene, |path| {
+        let name = Path::new(path).file_name().unwrap_or_default();
+        let own = files.iter().find(|(own, _)| name == own.as_str());
+        Ok(own.map(|(own, bytes)| (own.into(), bytes.clone())))
+    })?;
     let mut loaded = Vec::new();
     for (path, resolution) in scene.missing_meshes() {
         let name = Path::new(&path).file_name().unwrap_or_default();

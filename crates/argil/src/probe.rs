@@ -193,6 +193,18 @@ impl<'a> Probe<'a> {
     }
 }
 
+impl Probe<'_> {
+    /// Returns all properties of materials at points near the surface: see [`Evaluator::appearances_with`]. They are evaluated
+    /// with the program of the first one.
+    pub(crate) fn appearances<const N: usize>(&mut self, points: [Vec3; N]) -> [[f32; 12]; N] {
+        let [x, y, z] = [0, 1, 2].map(|axis| points.map(|point| point[axis]));
+        let (evaluator, list, _) = self.prepare(points[0]);
+        let (mut d, mut found) = ([0.0; N], [[0.0; 12]; N]);
+        evaluator.appearances_with(list, [&x, &y, &z], &mut d, &mut found);
+        found
+    }
+}
+
 /// Converts a material from the interpreter's form.
 pub(crate) fn material_of(words: &GpuMaterial) -> Material {
     let [r, g, b, roughness] = words.base_roughness;
@@ -202,5 +214,6 @@ pub(crate) fn material_of(words: &GpuMaterial) -> Material {
         roughness,
         metallic,
         emission: [er, eg, eb],
+        ..Material::default()
     }
 }

@@ -1,13 +1,11 @@
 //! Path-traced stills of worlds.
 
-use crate::cast::RayHit;
 use crate::probe::Probe;
 use crate::query::Query;
 use crate::{RenderError, Representation, World};
-use argil_abi::GpuMaterial;
 use argil_render::{
-    Camera, PathHit, PathLights, PathScene, RenderSettings, Still, StillOptions, frame_uniforms,
-    trace_paths,
+    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
+    RenderSettings, Still, StillOptions, frame_uniforms, trace_paths,
 };
 use glam::Vec3;
 
@@ -24,30 +22,36 @@ pub enum StillError {
     /// The representation has nothing that paths pass through.
     #[error("paths pass through the field, bricks and dense volumes, and not through {0}")]
     Representation(&'static str),
+    /// The image of the environment is not loaded.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentNotLoaded),
     /// The world is on a GPU.
     #[error("paths are followed on the CPU, and the world is on a GPU: build it with a CPU engine")]
     Gpu,
 }
 
 impl World {
-    /// Makes a still by path tracing: the field's or the volume's surfaces, lit by the sky, the sun, and materials that emit light,
-    /// directly and by way of each other. Work that is canceled returns what is there.
+    /// Makes a still by path tracing: the field's or the volume's surfaces, lit by the view's lights, its environment, and materials
+    /// that emit light, directly and by way of each other, through its fog and its lens. Work that is canceled returns what is
+    /// there.
     ///
-    /// Of the settings, the size and the ground count, and the sun's direction.
+    /// Of the settings, the size and the ground count, and the sun's direction, if the view has no lights.
+    ///
+    /// Textures are those of the field at each point, also where a volume stores coarser colors.
     ///
     /// # Errors
     /// If a setting is out of range, or paths cannot pass through the representation.
     ///
     /// ```
     /// use argil::prelude::*;
-    /// use argil::render::{StillOptions, developed};
+    /// use argil::render::{Development, StillOptions, developed};
     /// let mut scene = Scene::new();
     /// scene.push(Shape::sphere(0.5))?;
     /// let world = Engine::cpu().build(&scene)?.bricks(64)?;
     /// let settings = world.render_settings([32, 18], RenderMode::Shaded);
     /// let options = StillOptions { samples: 4, ..StillOptions::default() };
     /// let still = world.still(&world.camera(), &settings, &options)?;
-    /// assert_eq!(developed(&still.radiance()).len(), 3 * 32 * 18);
+    /// assert_eq!(developed(&still.radiance(), &Development::default()).len(), 3 * 32 * 18);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn still(
@@ -88,9 +92,20 @@ impl World {
             grid.as_ref(),
             self.view_bounds,
         );
-        let lights = PathLights::of_frame(&frames[0]);
+        let view = &self.scene.view;
+        let lens = view.lens.map(|lens| PathLens {
+            radius: lens.aperture_radius,
+            focus: lens
+                .focus_distance
+                .unwrap_or_else(|| camera.eye.distance(camera.target)),
+        });
+        let view = PathView {
+            lights: PathLights::of_view(view, &frames[0])?,
+            fog: view.fog,
+            lens,
+        };
         let control = &self.engine.control;
-        Ok(trace_paths(&scene, &lights, &frames[0], options, control))
+        Ok(trace_paths(&scene, &view, &frames[0], options, control))
     }
 
     /// Returns what paths pass through.
@@ -108,23 +123,33 @@ impl PathScene for Query<'_> {
         let mut probe = Probe::new(self.world, self.epsilon);
         let ray = (origin, direction);
         let (t, by_field) = self.march(&mut probe, ray, 0.0, max_distance)?;
-        let at = (origin + t * direction, t);
-        let RayHit {
-            distance,
+        let program = self.tables();
+        let has_glass = program.has_glass();
+        if has_glass && let Some(hit) = self.inside(&mut probe, ray, t) {
+            return Some(hit);
+        }
+        let (point, normal) = self.surface(&mut probe, origin + t * direction, by_field);
+        let is_plain = !has_glass && !program.has_textures();
+        let stored = is_plain.then(|| self.stored_material(point, normal, by_field));
+        if let Some(material) = stored.flatten() {
+            return Some(PathHit {
+                distance: t,
+                point,
+                normal,
+                shading_normal: normal,
+                material: material.into(),
+            });
+        }
+        let (appearance, shading_normal) = match program.bump_step() {
+            None => (probe.appearances([point])[0], normal),
+            Some(step) => bumped(&mut probe, point, normal, step),
+        };
+        Some(PathHit {
+            distance: t,
             point,
             normal,
-            material,
-        } = self.hit(&mut probe, at, by_field);
-        let [r, g, b] = material.base_color;
-        let [er, eg, eb] = material.emission;
-        Some(PathHit {
-            distance,
-            point: point.into(),
-            normal: normal.into(),
-            material: GpuMaterial {
-                base_roughness: [r, g, b, material.roughness],
-                emission_metallic: [er, eg, eb, material.metallic],
-            },
+            shading_normal,
+            material: PathMaterial::from_properties(appearance),
         })
     }
 
@@ -137,4 +162,82 @@ impl PathScene for Query<'_> {
     fn lift(&self) -> f32 {
         4.0 * self.epsilon
     }
+}
+
+/// Places inside of glass that are looked at, for something opaque.
+const INNER_PLACES: usize = 16;
+/// Times that the place of something opaque is halved.
+const HALVINGS: usize = 16;
+
+impl Query<'_> {
+    /// Returns where a ray that begins inside of glass meets something opaque, before it leaves the solid. Both are one solid, so that
+    /// there is no surface: they meet where the distances of both are equal, whose gradients differ there.
+    fn inside(
+        &self,
+        probe: &mut Probe<'_>,
+        (origin, direction): (Vec3, Vec3),
+        end: f32,
+    ) -> Option<PathHit> {
+        let at = |t: f32| origin + t * direction;
+        if self.sample(probe, at(0.0)).0 >= 0.0 {
+            return None;
+        }
+        let is_opaque = |probe: &mut Probe<'_>, t: f32| {
+            let [own] = probe.appearances([at(t)]);
+            own[8] * (1.0 - own[7]) <= 0.0
+        };
+        if is_opaque(probe, 0.0) {
+            return None;
+        }
+        let mut clear = 0.0;
+        let mut opaque = None;
+        for nth in 1..INNER_PLACES {
+            let t = end * nth as f32 / INNER_PLACES as f32;
+            if is_opaque(probe, t) {
+                opaque = Some(t);
+                break;
+            }
+            clear = t;
+        }
+        let mut opaque = opaque?;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (clear + opaque);
+            if is_opaque(probe, middle) {
+                opaque = middle;
+            } else {
+                clear = middle;
+            }
+        }
+        let apart = 4.0 * self.epsilon;
+        let before = probe.gradient(at((clear - apart).max(0.0))).1;
+        let after = probe.gradient(at(opaque + apart)).1;
+        let normal = (after - before).try_normalize().unwrap_or(-direction);
+        let normal = if normal.dot(direction) > 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        let [appearance] = probe.appearances([at(opaque)]);
+        Some(PathHit {
+            distance: clear,
+            point: at(clear),
+            normal,
+            shading_normal: normal,
+            material: PathMaterial::from_properties(appearance),
+        })
+    }
+}
+
+/// Returns the properties of a surface's material, and the normal that its heights turn (Blinn, "Simulation of wrinkled surfaces",
+/// 1978).
+fn bumped(probe: &mut Probe<'_>, point: Vec3, normal: Vec3, step: f32) -> ([f32; 12], Vec3) {
+    let Some((x, y)) = normal
+        .try_normalize()
+        .map(|normal| normal.any_orthonormal_pair())
+    else {
+        return (probe.appearances([point])[0], normal);
+    };
+    let [own, right, up] = probe.appearances([point, point + step * x, point + step * y]);
+    let slope = ((right[11] - own[11]) * x + (up[11] - own[11]) * y) / step;
+    (own, (normal - slope).try_normalize().unwrap_or(normal))
 }

@@ -311,10 +311,8 @@ fn sampled_functions_stay_where_they_belong() -> Result<(), Box<dyn std::error::
     let hit = world
         .query()
         .cast_ray([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 5.0);
-    assert!(
-        (hit.expect("its side").point[0] - 0.5).abs() < 0.01,
-        "{hit:?}"
-    );
+    let hit = hit.expect("its side");
+    assert!((hit.point[0] - 0.5).abs() < 0.01, "{hit:?}");
     scene.save(folder.join("scene.json"))?;
 
     // Another under the same name is another brush, which a file cannot hold too.

@@ -2,7 +2,7 @@
 
 use argil::math::Control;
 use argil::prelude::*;
-use argil::render::{PathLights, StillOptions, denoised, frame_uniforms, trace_paths};
+use argil::render::{PathLights, PathView, StillOptions, denoised, frame_uniforms, trace_paths};
 use argil::scene::Material;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
@@ -61,10 +61,10 @@ fn white_surfaces_vanish_in_a_furnace() -> Outcome {
             max_bounces: 1024,
             ..StillOptions::default()
         };
-        let lights = PathLights::even([1.0; 3]);
+        let view = PathView::new(PathLights::even([1.0; 3]));
         let still = trace_paths(
             &world.query(),
-            &lights,
+            &view,
             &frames[0],
             &options,
             &Control::default(),

@@ -44,6 +44,26 @@ pub enum LowerError {
         /// The mesh's file.
         file: String,
     },
+    /// An image of a material's texture is not loaded.
+    #[error("materials.{material}: the image \"{file}\" is not loaded")]
+    ImageNotLoaded {
+        /// Name of the material.
+        material: String,
+        /// The image's file.
+        file: String,
+    },
+    /// Images of textures are too large together.
+    #[error(
+        "materials.{material}: with \"{file}\", images have more than {limit} pixels together: make them smaller"
+    )]
+    ImagesTooLarge {
+        /// Name of the material.
+        material: String,
+        /// The image's file.
+        file: String,
+        /// The limit.
+        limit: usize,
+    },
     /// Nested scales multiply to a factor that `f32` distances cannot represent.
     #[error(
         "{path}: the scales of this node and its groups multiply to {scale:e}, beyond 1e-6 to 1e6"

@@ -92,6 +92,8 @@ pub(super) struct Lowering<'a> {
     /// The slots that the first 1, 2, … operands of each group need.
     pub(super) prefix_slots: HashMap<NodeId, Vec<u32>>,
     pub(super) material_index: HashMap<&'a str, u32>,
+    /// See [`texture_places`](crate::materials::texture_places).
+    pub(super) texture_places: Vec<u32>,
     pub(super) program: Program,
     pub(super) points: usize,
     pub(super) tasks: Vec<LoweringTask>,

@@ -32,6 +32,7 @@ impl<'a> Lowering<'a> {
             regular: all,
             prefix_slots: HashMap::new(),
             material_index,
+            texture_places: crate::materials::texture_places(scene),
             program: Program {
                 aabb,
                 lipschitz: regular.lipschitz,

@@ -89,7 +89,9 @@ impl Lowering<'_> {
         words.push(frame.scale as f32);
         words.extend(joint);
         let op = pack(shape, &mut words);
+        let textures = self.texture_places.get(frame.material as usize);
         let flags = keep(entry)
+            | textures.map_or(0, |place| place << abi::TEXTURES_SHIFT)
             | if is_translation {
                 abi::FLAG_TRANSLATION
             } else {

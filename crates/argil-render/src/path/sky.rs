@@ -1,8 +1,7 @@
-//! Light from far away: the sky, and suns.
+//! Suns.
 //!
-//! *Theory.* The sky is that of the other integrator, and so smooth that a surface's own directions find it. A sun is small: a
-//! path looks for it (next-event estimation), and where both ways find it, they share it by their densities (multiple
-//! importance sampling, Veach 1997).
+//! *Theory.* A sun is small: a path looks for it (next-event estimation), and where both ways find it, they share it by their
+//! densities (multiple importance sampling, Veach 1997). The sky is so smooth that a surface's own directions find it.
 
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -30,6 +29,11 @@ impl Sun {
             angle: TAU * cap,
             rim: 1.0 - cap,
         }
+    }
+
+    /// Returns what a surface receives that faces it.
+    pub(super) fn irradiance(&self) -> Vec3 {
+        self.irradiance
     }
 
     /// Returns what is seen in a direction.

@@ -13,6 +13,7 @@ pub(super) struct Pixel {
     pub normal: Vec3,
     pub distance: f32,
     pub covered: f32,
+    pub opacity: f32,
     pub count: u32,
 }
 
@@ -24,6 +25,7 @@ impl Pixel {
         self.normal += found.normal;
         self.distance += found.distance;
         self.covered += f32::from(u8::from(found.is_covered));
+        self.opacity += found.opacity;
         self.count += 1;
     }
 
@@ -62,6 +64,12 @@ impl Still {
     pub fn radiance(&self) -> Vec<[f32; 3]> {
         let means = self.pixels.iter().map(|pixel| pixel.mean().to_array());
         means.collect()
+    }
+
+    /// Returns how much of each pixel hides what is behind everything, from 0 to 1. The light is that of what hides it.
+    pub fn opacity(&self) -> Vec<f32> {
+        let share = |pixel: &Pixel| pixel.opacity / pixel.count.max(1) as f32;
+        self.pixels.iter().map(share).collect()
     }
 
     /// Returns the variance of each pixel's light.

@@ -372,6 +372,10 @@ pub(super) fn only_material(instructions: &[Instruction], palette: &[GpuMaterial
     let takes = |i: &&Instruction| {
         i.op < argil_abi::OP_SHAPES_END && i.flags & argil_abi::FLAG_KEEP_MATERIAL == 0
     };
+    let has_textures = |i: &Instruction| i.flags >> argil_abi::TEXTURES_SHIFT != 0;
+    if instructions.iter().filter(takes).any(has_textures) {
+        return None;
+    }
     let mut all = instructions.iter().filter(takes).map(|i| i.operand);
     let only = all.next().unwrap_or(0);
     if !all.all(|other| other == only) {

@@ -57,6 +57,10 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         look = BRICK_MIXED;
         if atomicLoad(&differing) == 0u {
             for (var i = 0u; i < arrayLength(&materials); i++) {
+                // Textures follow.
+                if materials[i].base_roughness.w < 0.0 {
+                    break;
+                }
                 if look == BRICK_MIXED && all(pack_material(materials[i]) == first_packed) {
                     look = i;
                 }

@@ -1,0 +1,193 @@
+// GPU version of textures.rs.
+
+fn texture_word(at: u32) -> f32 {
+    let entry = materials[at >> 3u];
+    if (at & 4u) == 0u {
+        return entry.base_roughness[at & 3u];
+    }
+    return entry.emission_metallic[at & 3u];
+}
+
+fn texture_color(at: u32) -> vec3<f32> {
+    return vec3(texture_word(at), texture_word(at + 1u), texture_word(at + 2u));
+}
+
+fn texture_layers(p: vec3<f32>, octaves: u32) -> f32 {
+    var sum = 0.0;
+    var all = 0.0;
+    var amplitude = 1.0;
+    var frequency = 1.0;
+    for (var octave = 0u; octave < octaves; octave++) {
+        sum += amplitude * value_noise(p * frequency, octave);
+        all += amplitude;
+        amplitude *= 0.5;
+        frequency *= 2.0;
+    }
+    return sum / all;
+}
+
+fn texture_solid(kind: u32, parameter: f32, p: vec3<f32>) -> f32 {
+    switch kind {
+        case 0u: {
+            let cell = vec3<i32>(clamp(floor(2.0 * p + 1e-4), vec3(-1e9), vec3(1e9)));
+            return f32((cell.x ^ cell.y ^ cell.z) & 1);
+        }
+        case 1u: { return clamp(0.5 + 2.0 * sin(6.2831855 * (p.z - trunc(p.z))), 0.0, 1.0); }
+        case 2u: { return 0.5 + 0.5 * texture_layers(p, u32(parameter)); }
+        case 3u: {
+            let bent = sqrt(p.x * p.x + p.z * p.z) + 0.12 * texture_layers(p * vec3(1.5, 0.3, 1.5), 2u);
+            let share = bent - floor(bent);
+            let ring = share * share * (1.0 - smoothstep(0.85, 1.0, share));
+            let grain = 0.5 + 0.5 * value_noise(vec3(24.0, 1.5, 24.0) * p, 7u);
+            return clamp(0.8 * ring + 0.25 * grain, 0.0, 1.0);
+        }
+        default: {
+            let bent = p.x + 1.2 * texture_layers(p, 5u);
+            return sqrt(abs(sin(3.1415927 * (bent - 2.0 * floor(0.5 * bent)))));
+        }
+    }
+}
+
+fn texture_brick(uv: vec2<f32>) -> f32 {
+    let row = floor(2.0 * uv.y);
+    let odd = row - 2.0 * floor(0.5 * row);
+    let u = uv.x + 0.5 * odd;
+    let inner = vec2(u - floor(u), 0.5 * (2.0 * uv.y - row));
+    let side = min(inner, vec2(1.0, 0.5) - inner);
+    return smoothstep(0.02, 0.035, min(side.x, side.y));
+}
+
+fn texture_wrapped(x: f32, length: f32) -> f32 {
+    return clamp(x - length * floor(x / length), 0.0, length - 1e-3 * min(length, 1.0));
+}
+
+fn texture_texel(own: u32, column: f32, row: f32, size: vec2<f32>) -> vec3<f32> {
+    let at = u32(texture_wrapped(row, size.y)) * u32(size.x) + u32(texture_wrapped(column, size.x));
+    let word = u32(texture_word(8u * u32(texture_word(own + 7u)) + at));
+    let roots = vec3(f32(word & 255u), f32(word >> 8u & 255u), f32(word >> 16u & 255u)) / 255.0;
+    return roots * roots;
+}
+
+fn texture_image(own: u32, uv: vec2<f32>) -> vec3<f32> {
+    let size = vec2(texture_word(own + 11u), texture_word(own + 12u));
+    let x = (uv.x - floor(uv.x)) * size.x - 0.5;
+    let y = texture_wrapped(uv.y * size.x, size.y) - 0.5;
+    let column = floor(x);
+    let row = floor(y);
+    let above = mix(texture_texel(own, column, row, size), texture_texel(own, column + 1.0, row, size), x - column);
+    let below = mix(texture_texel(own, column, row + 1.0, size), texture_texel(own, column + 1.0, row + 1.0, size), x - column);
+    return mix(above, below, y - row);
+}
+
+fn texture_flat(own: u32, kind: u32, uv: vec2<f32>) -> vec3<f32> {
+    if kind == 5u {
+        return vec3(texture_brick(uv));
+    }
+    return texture_image(own, uv);
+}
+
+// Returns weights of the two axes that a normal is nearest to.
+fn texture_two_weights(normal: vec3<f32>) -> vec3<f32> {
+    let size = length(normal);
+    if size <= 0.0 {
+        return vec3(0.0);
+    }
+    let facing = normal / size;
+    let least = min(facing.x, min(facing.y, facing.z));
+    var weights = clamp((facing - 0.57735) / (1.0 - 0.57735), vec3(1e-4), vec3(1.0));
+    if facing.z == least {
+        weights.z = 0.0;
+    } else if facing.y == least {
+        weights.y = 0.0;
+    } else {
+        weights.x = 0.0;
+    }
+    return weights;
+}
+
+// Returns the pattern of the texture whose words begin at `own`.
+fn texture_value(own: u32, at: vec3<f32>, local: vec3<f32>, normal: vec3<f32>, normal_in_scene: vec3<f32>) -> vec3<f32> {
+    let is_world = texture_word(own + 2u) != 0.0;
+    let p = select(local, at, is_world) / texture_word(own + 1u);
+    let kind = u32(texture_word(own));
+    let parameter = texture_word(own + 3u);
+    if kind < 5u {
+        return vec3(texture_solid(kind, parameter, p));
+    }
+    let facing = abs(select(normal, normal_in_scene, is_world));
+    var weights = facing * facing * facing * facing;
+    if parameter == 0.0 {
+        weights = texture_two_weights(facing);
+    }
+    let sum = weights.x + weights.y + weights.z;
+    if sum <= 0.0 {
+        return texture_flat(own, kind, p.xz);
+    }
+    var total = vec3(0.0);
+    if weights.x > 0.0 {
+        total += texture_flat(own, kind, vec2(p.z, -p.y)) * (weights.x / sum);
+    }
+    if weights.y > 0.0 {
+        total += texture_flat(own, kind, p.xz) * (weights.y / sum);
+    }
+    if weights.z > 0.0 {
+        total += texture_flat(own, kind, vec2(p.x, -p.y)) * (weights.z / sum);
+    }
+    return total;
+}
+
+// Returns the normal of a shape at a point of its space, of any length.
+fn texture_normal(op: u32, p: vec3<f32>, own: u32, step: f32) -> vec3<f32> {
+    var corners = array(vec3(1.0, -1.0, -1.0), vec3(-1.0, -1.0, 1.0), vec3(-1.0, 1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    var sum = vec3(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        sum += corners[i] * shape_distance(op, p + step * corners[i], own);
+    }
+    return sum;
+}
+
+// Returns a brush's material at a point of the scene, and of its shape.
+fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> GpuMaterial {
+    var material = materials[instr.operand];
+    let record = 8u * (instr.flags >> TEXTURES_SHIFT);
+    if record == 0u {
+        return material;
+    }
+    // The smallest length of a flat pattern, if there is one.
+    var size = FAR;
+    for (var channel = 0u; channel < 4u; channel++) {
+        let texture = 8u * u32(texture_word(record + channel));
+        if texture != 0u && texture_word(texture) >= 5.0 {
+            size = min(size, texture_word(texture + 1u));
+        }
+    }
+    var normal = vec3(0.0, 1.0, 0.0);
+    if size < FAR {
+        normal = texture_normal(instr.op, p, own, TEXTURE_NORMAL_STEP * size);
+    }
+    let w = instr.params;
+    let in_scene = vec3(params[w], params[w + 1u], params[w + 2u]) * normal.x
+        + vec3(params[w + 4u], params[w + 5u], params[w + 6u]) * normal.y
+        + vec3(params[w + 8u], params[w + 9u], params[w + 10u]) * normal.z;
+    // Heights turn normals where pictures are traced along paths only.
+    for (var channel = 0u; channel < 3u; channel++) {
+        let texture = 8u * u32(texture_word(record + channel));
+        if texture == 0u {
+            continue;
+        }
+        let value = texture_value(texture, at, p, normal, in_scene);
+        let low = texture_color(texture + 4u);
+        let high = texture_color(texture + 8u);
+        if channel == 0u {
+            material.base_roughness = vec4(mix(low, high, value), material.base_roughness.w);
+            continue;
+        }
+        let gray = mix(low.x, high.x, dot(value, vec3(0.2126, 0.7152, 0.0722)));
+        if channel == 1u {
+            material.base_roughness.w = gray;
+        } else {
+            material.emission_metallic.w = gray;
+        }
+    }
+    return material;
+}

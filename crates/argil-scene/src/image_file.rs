@@ -1,0 +1,128 @@
+//! Images that scenes name.
+
+use crate::validation::ValidationError;
+use crate::{Environment, Material, Pattern, Scene, SceneChange};
+use std::sync::Arc;
+
+/// Endings of files that hold images.
+pub const IMAGE_ENDINGS: [&str; 5] = ["png", "jpg", "jpeg", "hdr", "exr"];
+
+/// An image: linear RGB with the primaries of sRGB, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneImage {
+    /// Width and height in pixels, at least 1.
+    pub size: [u32; 2],
+    /// The pixels, all finite and not negative.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// An image, if it is loaded. Any two are equal, because the file's name determines them.
+#[derive(Clone, Debug, Default)]
+pub struct LoadedImage(pub Option<Arc<SceneImage>>);
+
+impl PartialEq for LoadedImage {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// Checks the name of an image's file.
+pub(crate) fn check(path: &str) -> Result<(), ValidationError> {
+    let ending = path.rsplit_once('.').map_or("", |(_, ending)| ending);
+    let is_known = IMAGE_ENDINGS
+        .iter()
+        .any(|known| ending.eq_ignore_ascii_case(known));
+    if is_known {
+        return Ok(());
+    }
+    let endings = IMAGE_ENDINGS.join(", .");
+    let reason = format!("\"{path}\" is not the name of an image: it ends with one of .{endings}");
+    Err(ValidationError::new("", reason))
+}
+
+impl Scene {
+    /// Returns the path of each image that is not loaded: of textures, and of the environment.
+    pub fn missing_images(&self) -> Vec<String> {
+        let mut missing: Vec<String> = self
+            .images()
+            .filter(|(_, image)| image.0.is_none())
+            .map(|(path, _)| path.to_owned())
+            .collect();
+        missing.sort_unstable();
+        missing.dedup();
+        missing
+    }
+
+    /// Returns the path of each image that the scene names.
+    pub fn image_paths(&self) -> Vec<String> {
+        let mut all: Vec<String> = self.images().map(|(path, _)| path.to_owned()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Sets an image, for all materials that name it, and the environment. This is not an undo step. Worlds of the scene must be
+    /// rebuilt.
+    pub fn set_image(&mut self, path: &str, image: &Arc<SceneImage>) {
+        for material in self.materials.values_mut() {
+            set_in(material, path, image);
+        }
+        if let Environment::Image {
+            path: own,
+            image: loaded,
+            ..
+        } = &mut self.view.environment
+            && own == path
+        {
+            loaded.0 = Some(image.clone());
+        }
+        self.history.note(SceneChange::of_everything());
+    }
+
+    fn images(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
+        let textures = self
+            .materials
+            .values()
+            .filter_map(|own| own.textures.as_deref());
+        let of_textures = textures.flat_map(|own| own.patterns()).filter_map(named);
+        let of_view = match &self.view.environment {
+            Environment::Image { path, image, .. } => Some((path.as_str(), image)),
+            Environment::Sky | Environment::Color { .. } => None,
+        };
+        of_textures.chain(of_view)
+    }
+
+    /// Gives a material the images that others have loaded.
+    pub(crate) fn with_images(&self, mut material: Material) -> Material {
+        for (path, image) in self.images() {
+            if let Some(image) = &image.0 {
+                set_in(&mut material, path, image);
+            }
+        }
+        material
+    }
+}
+
+fn named(pattern: &Pattern) -> Option<(&str, &LoadedImage)> {
+    match pattern {
+        Pattern::Image { path, image, .. } => Some((path, image)),
+        _ => None,
+    }
+}
+
+/// Sets an image in a material that names it.
+fn set_in(material: &mut Material, path: &str, loaded: &Arc<SceneImage>) {
+    let patterns = material
+        .textures
+        .iter_mut()
+        .flat_map(|own| own.patterns_mut());
+    for pattern in patterns {
+        if let Pattern::Image {
+            path: own, image, ..
+        } = pattern
+            && own == path
+        {
+            image.0 = Some(loaded.clone());
+        }
+    }
+}
