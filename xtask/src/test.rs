@@ -23,6 +23,7 @@ const NOT_DOCUMENTED: &[&str] = &[
 
 pub(crate) fn run_all() -> anyhow::Result<()> {
     run("cargo", &["fmt", "--all", "--check"])?;
+    check_python_lock()?;
     ensure_typos()?;
     run("typos", &[])?;
     ensure_deny()?;
@@ -57,6 +58,17 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     chore(LINT_WHILE_COMPILING, &["web", "test"])?;
     crate::python::run_all()?;
     println!("\nAll checks passed.");
+    Ok(())
+}
+
+/// Checks that the Python package's lock file has all that our crates need, which its build would notice last.
+fn check_python_lock() -> anyhow::Result<()> {
+    let manifest = "bindings/python/Cargo.toml";
+    let locked = ["metadata", "--locked", "--format-version", "1"];
+    let ask = [&locked[..], &["--manifest-path", manifest]].concat();
+    if !quietly("cargo", &ask) {
+        bail!("bindings/python/Cargo.lock is old: cargo metadata --manifest-path {manifest}");
+    }
     Ok(())
 }
 

@@ -6,7 +6,9 @@ use crate::history::{HistoryStep, is_covered};
 use crate::influence::influence;
 use crate::node::pose_of;
 use crate::transform::push_transform;
-use crate::{Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, ValidationError};
+use crate::{
+    Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, Scene, ValidationError, View,
+};
 use argil_math::Aabb;
 
 /// A change of a scene that can be undone.
@@ -74,6 +76,11 @@ pub enum Edit {
         name: String,
         /// The new material, or `None` to remove it.
         material: Option<Material>,
+    },
+    /// Replaces the view: camera, lights, and how pictures are developed.
+    SetView {
+        /// The new view.
+        view: Box<View>,
     },
 }
 
@@ -277,6 +284,10 @@ impl Scene {
                 let material = material.map(|own| self.with_images(own));
                 HistoryStep::SetMaterial { name, material }
             }
+            Edit::SetView { view } => {
+                view.check()?;
+                HistoryStep::SetView { view }
+            }
         })
     }
 
@@ -287,7 +298,7 @@ impl Scene {
             | HistoryStep::Detach { node }
             | HistoryStep::Set { node, .. }
             | HistoryStep::Move { node, .. } => node,
-            HistoryStep::SetMaterial { .. } => Self::ROOT,
+            HistoryStep::SetMaterial { .. } | HistoryStep::SetView { .. } => Self::ROOT,
         };
         let before = self.boxes(node);
         let inverse = match step {
@@ -333,6 +344,7 @@ impl Scene {
             HistoryStep::SetMaterial { name, material } => {
                 return self.take_material(name, material);
             }
+            HistoryStep::SetView { view } => return self.take_view(*view),
         };
         let dirty_box = self.note(node, before);
         (EditOutcome { node, dirty_box }, inverse)
@@ -357,6 +369,21 @@ impl Scene {
             material: before,
         };
         (edited, inverse)
+    }
+
+    fn take_view(&mut self, mut view: View) -> (EditOutcome, HistoryStep) {
+        self.keep_environment(&mut view);
+        let before = std::mem::replace(&mut self.view, view);
+        let is_elsewhere = before.bounds != self.view.bounds;
+        if is_elsewhere {
+            self.history.note(SceneChange::of_everything());
+        }
+        let edited = EditOutcome {
+            node: Self::ROOT,
+            dirty_box: if is_elsewhere { Aabb::ALL } else { Aabb::EMPTY },
+        };
+        let view = Box::new(before);
+        (edited, HistoryStep::SetView { view })
     }
 
     /// Sets the current state of a node with keyframes.

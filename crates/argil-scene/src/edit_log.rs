@@ -11,7 +11,7 @@
 use crate::file::Item;
 use crate::{
     Action, Edit, EditOutcome, LogError, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree,
-    Operator, Scene,
+    Operator, Scene, View,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -60,6 +60,9 @@ enum LogLine {
         /// Removes the material if it is missing.
         #[serde(default)]
         material: Option<Material>,
+    },
+    SetView {
+        view: Box<View>,
     },
     /// See [`Scene::rename_meshes`].
     RenameMeshes {
@@ -217,6 +220,7 @@ impl Scene {
             LogLine::SetMaterial { name, material } => {
                 Action::Edit(Edit::SetMaterial { name, material })
             }
+            LogLine::SetView { view } => Action::Edit(Edit::SetView { view }),
             LogLine::RenameMeshes { paths } => Action::RenameMeshes(paths),
             LogLine::BeginStroke {} => Action::BeginStroke,
             LogLine::EndStroke {} => Action::EndStroke,
@@ -294,6 +298,7 @@ impl Scene {
                 name: name.clone(),
                 material: material.clone(),
             },
+            Edit::SetView { view } => LogLine::SetView { view: view.clone() },
         }
     }
 }

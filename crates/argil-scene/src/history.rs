@@ -1,6 +1,6 @@
 //! Undo and redo steps, and the record of changes for worlds.
 
-use crate::{Material, NodeDesc, NodeId, SceneChange};
+use crate::{Material, NodeDesc, NodeId, SceneChange, View};
 
 /// A step that can be taken and reversed.
 #[derive(Clone, Debug)]
@@ -26,6 +26,9 @@ pub(crate) enum HistoryStep {
         name: String,
         material: Option<Material>,
     },
+    SetView {
+        view: Box<View>,
+    },
 }
 
 impl HistoryStep {
@@ -38,6 +41,9 @@ impl HistoryStep {
                 let modifiers = entry.modifiers.iter();
                 let modifiers = modifiers.map(|own| size_of_val(own) + own.heap_bytes());
                 text + modifiers.sum::<usize>() + keyframes + entry.kind.heap_bytes()
+            }
+            Self::SetView { view } => {
+                size_of_val(&**view) + size_of_val(view.lights.as_deref().unwrap_or_default())
             }
             _ => 0,
         };
@@ -103,6 +109,7 @@ pub(crate) fn is_covered(before: Option<&HistoryStep>, step: &HistoryStep) -> bo
             Some(HistoryStep::SetMaterial { name: a, .. }),
             HistoryStep::SetMaterial { name: b, .. },
         ) => a == b,
+        (Some(HistoryStep::SetView { .. }), HistoryStep::SetView { .. }) => true,
         _ => false,
     }
 }
@@ -177,7 +184,7 @@ impl History {
             | HistoryStep::Detach { node }
             | HistoryStep::Set { node, .. }
             | HistoryStep::Move { node, .. } => Some(*node),
-            HistoryStep::SetMaterial { .. } => None,
+            HistoryStep::SetMaterial { .. } | HistoryStep::SetView { .. } => None,
         })
     }
 

@@ -1,7 +1,7 @@
 //! Images that scenes name.
 
 use crate::validation::ValidationError;
-use crate::{Environment, Material, Pattern, Scene, SceneChange};
+use crate::{Environment, Material, Pattern, Scene, SceneChange, View};
 use std::sync::Arc;
 
 /// Endings of files that hold images.
@@ -90,6 +90,19 @@ impl Scene {
             Environment::Sky | Environment::Color { .. } => None,
         };
         of_textures.chain(of_view)
+    }
+
+    /// Gives a view the image around the scene, if that is loaded.
+    pub(crate) fn keep_environment(&self, view: &mut View) {
+        let known = self
+            .images()
+            .find_map(|(path, image)| match &view.environment {
+                Environment::Image { path: own, .. } if own == path => image.0.clone(),
+                _ => None,
+            });
+        if let (Some(known), Environment::Image { image, .. }) = (known, &mut view.environment) {
+            image.0 = Some(known);
+        }
     }
 
     /// Gives a material the images that others have loaded.

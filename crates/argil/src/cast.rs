@@ -354,7 +354,7 @@ mod tests {
             base_color: [0.8, 0.1, 0.1],
             ..Material::default()
         };
-        scene.set_material("red", red).expect("a material");
+        scene.set_material("red", red.clone()).expect("a material");
         let solid = Brush::new(Shape::sphere(0.5)).at([1.0, 0.0, 0.0]);
         scene.push(solid.with_material("red")).expect("a brush");
         scene
@@ -362,20 +362,20 @@ mod tests {
             .expect("a brush");
         let world = Engine::cpu().build(&scene);
         let world = world.and_then(|world| world.bricks(256)).expect("a world");
-        let near = |a: Material, b: Material| {
+        let near = |a: &Material, b: &Material| {
             let apart = |k: usize| (a.base_color[k] - b.base_color[k]).abs();
             (0..3).all(|k| apart(k) < 0.02)
         };
         for query in [world.query(), world.query_volume().expect("bricks")] {
-            for (x, expected) in [(1.0, red), (-1.0, Material::default())] {
+            for (x, expected) in [(1.0, red.clone()), (-1.0, Material::default())] {
                 let down = [0.0, -1.0, 0.0];
                 let ray = query.cast_ray([x, 2.0, 0.0], down, 5.0).expect("a hit");
-                assert!(near(ray.material, expected), "{ray:?}");
-                assert!(near(query.material(ray.point), expected));
+                assert!(near(&ray.material, &expected), "{ray:?}");
+                assert!(near(&query.material(ray.point), &expected));
                 let sphere = query
                     .cast_sphere([x, 2.0, 0.0], down, 0.2, 5.0)
                     .expect("a hit");
-                assert!(near(sphere.material, expected), "{sphere:?}");
+                assert!(near(&sphere.material, &expected), "{sphere:?}");
             }
         }
     }

@@ -63,7 +63,8 @@ pub use image::RenderedImage;
 #[cfg(feature = "png")]
 pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
-    LoadedMesh, MeshFileError, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
+    LoadedMesh, MeshFileError, load_images, load_meshes, load_meshes_from_bytes,
+    load_meshes_with_control,
 };
 #[cfg(feature = "mesh-files")]
 pub use mesh_cache::cache_folder;

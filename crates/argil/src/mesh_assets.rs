@@ -124,11 +124,7 @@ pub fn load_meshes_with_control(
     allow_external: bool,
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
-    image_assets::load(scene, |path| {
-        let place = place_of(path, folder, allow_external)?;
-        let bytes = argil_mesh::bytes(&place)?;
-        Ok(Some((place, bytes)))
-    })?;
+    load_images(scene, folder, allow_external)?;
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
@@ -139,6 +135,23 @@ pub fn load_meshes_with_control(
         loaded.push(mesh);
     }
     Ok(loaded)
+}
+
+/// Loads the images of textures and of the environment that a scene names and does not have yet. `folder` is the folder of
+/// the scene's file. If `allow_external` is false, paths may not leave it.
+///
+/// # Errors
+/// If a file lies outside the folder, or cannot be read.
+pub fn load_images(
+    scene: &mut Scene,
+    folder: &Path,
+    allow_external: bool,
+) -> Result<(), MeshFileError> {
+    image_assets::load(scene, |path| {
+        let place = place_of(path, folder, allow_external)?;
+        let bytes = argil_mesh::bytes(&place)?;
+        Ok(Some((place, bytes)))
+    })
 }
 
 /// Loads meshes from bytes, found by file name without folder. Names that are not given stay missing. Nothing is

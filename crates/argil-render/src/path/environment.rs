@@ -25,14 +25,24 @@ impl EnvironmentMap {
         let [width, height] = image.size.map(|side| side as usize);
         let bright = |pixel: &[f32; 3]| f64::from(pixel[0] + pixel[1] + pixel[2]) / 3.0;
         let mean = image.pixels.iter().map(bright).sum::<f64>() / image.pixels.len() as f64;
-        // Interpolation brings light into dark pixels, so none is left out.
+        // No direction is left out.
         let least = 0.01 * mean;
+        // Across pixels and rows, what interpolation makes of a pixel and its neighbors on average.
+        let spread = |before: f64, own: f64, after: f64| 0.75 * own + 0.125 * (before + after);
+        let in_row = |x: usize, y: usize| {
+            let at = |x: usize| bright(&image.pixels[y * width + x % width]);
+            spread(at(x + width - 1), at(x), at(x + 1))
+        };
+        let interpolated = |x: usize, y: usize| {
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            spread(in_row(x, above), in_row(x, y), in_row(x, below))
+        };
         let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::new());
         let mut all = 0.0;
-        for (y, row) in image.pixels.chunks_exact(width).enumerate() {
+        for y in 0..height {
             let mut sum = 0.0;
-            for pixel in row {
-                sum += bright(pixel).max(least);
+            for x in 0..width {
+                sum += interpolated(x, y).max(least);
                 columns.push(sum as f32);
             }
             let elevation = PI * ((y as f32 + 0.5) / height as f32 - 0.5);
