@@ -7,6 +7,7 @@ use crate::files::{FileAccess, IS_PAGE};
 use crate::gallery::Gallery;
 use crate::inspector::Inspector;
 use crate::jobs::Jobs;
+use crate::lighting::Lighting;
 use crate::materials::Materials;
 use crate::outliner::{Outliner, history};
 use crate::picking::Picker;
@@ -42,6 +43,7 @@ pub struct Studio {
     pub(crate) gallery: Gallery,
     pub(crate) inspector: Inspector,
     pub(crate) materials: Materials,
+    pub(crate) lighting: Lighting,
     pub(crate) shows_history: bool,
     /// Whether a text field had the keyboard focus at the end of the last frame.
     was_typing: bool,
@@ -92,6 +94,7 @@ impl Studio {
             gallery: Gallery::default(),
             inspector: Inspector::new(),
             materials: Materials::default(),
+            lighting: Lighting::default(),
             shows_history: false,
             was_typing: false,
         };
@@ -329,6 +332,8 @@ impl Studio {
                 }
                 ui.separator();
                 self.materials.ui(session, ui);
+                ui.separator();
+                self.lighting.ui(session, ui);
             });
     }
 }

@@ -43,6 +43,7 @@ impl Studio {
             | Command::SelectNone
             | Command::FrameSelection => !document.selection.is_empty(),
             Command::Difference => self.view.pictures.split.is_some(),
+            Command::Paths => !crate::files::IS_PAGE && self.view.pictures.split.is_none(),
             _ => true,
         }
     }
@@ -62,6 +63,7 @@ impl Studio {
             Command::Readings => preferences.readings,
             Command::Split => view.pictures.split.is_some(),
             Command::Difference => view.pictures.shows_difference,
+            Command::Paths => view.traces_paths,
             Command::History => self.shows_history,
             _ => false,
         }
@@ -141,6 +143,10 @@ impl Studio {
             Command::Readings => preferences.readings = !preferences.readings,
             Command::Split => view.split(session),
             Command::Difference => view.pictures.switch_difference(),
+            Command::Paths => {
+                view.traces_paths = !view.traces_paths;
+                view.pictures.forget_request();
+            }
             Command::ZoomIn => session.zoom(ctx, |zoom| zoom * 1.1),
             Command::ZoomOut => session.zoom(ctx, |zoom| zoom / 1.1),
             Command::ZoomReset => session.zoom(ctx, |_| 1.0),

@@ -62,6 +62,7 @@ pub(crate) enum Command {
     Readings,
     Split,
     Difference,
+    Paths,
     ZoomIn,
     ZoomOut,
     ZoomReset,
@@ -242,6 +243,7 @@ pub(crate) const ALL: &[CommandInfo] = &[
     entry(Command::Readings, "View", "Statistics", key(Key::I)),
     entry(Command::Split, "View", "Split view", key(Key::V)),
     entry(Command::Difference, "View", "Difference", shift(Key::V)),
+    entry(Command::Paths, "View", "Path-traced still", key(Key::P)),
     entry(Command::ZoomIn, "View", "Larger interface", ctrl(Key::Plus)),
     entry(
         Command::ZoomOut,

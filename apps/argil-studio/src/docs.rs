@@ -19,6 +19,11 @@ impl Docs {
             .find(|k| k["properties"]["type"]["const"] == kind)?;
         own["properties"][key]["description"].as_str()
     }
+
+    /// Returns the description of a value, such as `density` of `Fog`.
+    pub(crate) fn of_struct(&self, which: &str, key: &str) -> Option<&str> {
+        self.0["$defs"][which]["properties"][key]["description"].as_str()
+    }
 }
 
 impl Default for Docs {

@@ -9,7 +9,7 @@ use crate::recovery::Recovery;
 use anyhow::Context;
 use argil::field::Program;
 use argil::scene::{
-    Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, SampledGrid, Scene,
+    Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, SampledGrid, Scene, View,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -158,6 +158,15 @@ impl Document {
         self.edit(name, edit).map(drop)
     }
 
+    /// Replaces the view.
+    ///
+    /// # Errors
+    /// If a value is invalid.
+    pub fn set_view(&mut self, name: &str, view: View) -> anyhow::Result<()> {
+        let view = Box::new(view);
+        self.edit(name, Edit::SetView { view }).map(drop)
+    }
+
     /// Sets the sampled distances of a mesh, for present and later brushes.
     pub fn add_mesh_grid(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
         self.scene.set_mesh_grid(path, resolution, grid);
@@ -184,6 +193,7 @@ impl Document {
 
     /// Replaces missing meshes with empty placeholders.
     fn insert_placeholders(&mut self) {
+        self.scene.gray_missing_images();
         for named in self.scene.missing_meshes() {
             self.scene
                 .set_mesh_grid(named.0.clone(), named.1, nothing(&named.0));

@@ -8,6 +8,11 @@ use argil::scene::{
 use std::path::{Path, PathBuf};
 
 impl Document {
+    /// Gives a scene the images that this document has loaded.
+    pub(crate) fn share_images(&self, scene: &mut Scene) {
+        self.scene.share_images(scene);
+    }
+
     /// Performs the lines of a log, as saved steps, and keeps the lines of later actions.
     ///
     /// # Errors

@@ -30,6 +30,7 @@ mod icon;
 mod inspector;
 mod jobs;
 mod keyframes;
+mod lighting;
 #[cfg(target_arch = "wasm32")]
 mod local_storage;
 mod materials;
@@ -48,6 +49,7 @@ mod pipeline;
 mod preferences;
 mod ready;
 mod recovery;
+mod render_request;
 mod render_thread;
 mod render_worker;
 mod sample_scenes;
@@ -58,7 +60,10 @@ mod segmented_control;
 mod selection;
 mod session;
 mod stretch;
+mod textures;
 mod tools;
+#[cfg(not(target_arch = "wasm32"))]
+mod traced_still;
 mod values;
 mod view;
 mod viewport;

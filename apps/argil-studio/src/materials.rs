@@ -1,15 +1,18 @@
 //! The scene's materials.
 
+use crate::docs::Docs;
 use crate::document::Document;
 use crate::segmented_control::choice;
 use crate::session::{Request, Session};
+use crate::textures::textures;
 use crate::values::number;
-use argil::scene::Material;
+use argil::scene::{Material, Scene};
 use eframe::egui;
 
 /// The materials panel.
 #[derive(Default)]
 pub(crate) struct Materials {
+    docs: Docs,
     /// A material being renamed, and the text typed so far.
     naming: Option<(String, String)>,
 }
@@ -69,11 +72,19 @@ impl Materials {
                 *value = value.clamp(0.0, 1000.0);
             }
         });
+        transmission(ui, &mut own);
+        textures(&self.docs, ui, &mut own);
         if own != before {
             if ui.input(|i| i.pointer.any_down()) && !session.document.is_in_stroke() {
                 session.document.begin_stroke("Change material");
             }
-            session.attempt(|s| s.document.set_material("Change material", name, Some(own)));
+            session.attempt(|s| {
+                let mut scratch = Scene::new();
+                scratch.set_material(name, own)?;
+                s.load_images(&mut scratch)?;
+                let own = scratch.materials().get(name).cloned();
+                s.document.set_material("Change material", name, own)
+            });
         }
         if !session.document.selection.is_empty() && ui.button("Assign to selection").clicked() {
             let mut nodes = session.document.selection.clone();
@@ -111,6 +122,22 @@ impl Materials {
                 });
             }
         }
+    }
+}
+
+/// Shows what stills need of glass.
+fn transmission(ui: &mut egui::Ui, own: &mut Material) {
+    let slider = egui::Slider::new(&mut own.transmission, 0.0..=1.0);
+    ui.add(slider.text("Transmission"));
+    if own.transmission > 0.0 {
+        let slider = egui::Slider::new(&mut own.refractive_index, 1.0..=4.0);
+        ui.add(slider.text("Index of refraction"));
+        ui.horizontal(|ui| {
+            ui.label("Attenuation distance");
+            let distance = &mut own.attenuation_distance;
+            number(ui, "Attenuation distance", "distance", distance);
+            *distance = distance.max(0.0);
+        });
     }
 }
 

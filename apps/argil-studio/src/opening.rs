@@ -50,16 +50,18 @@ impl Session {
             if crate::world_files::is_world(path) {
                 return s.open_world(path);
             }
-            let scene = Scene::open(path)?;
+            let mut scene = Scene::open(path)?;
             // Scenes that were saved or opened here before may read meshes from other folders.
             let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
+            let images = argil::load_images(&mut scene, folder_of(path), known || outside);
             s.replace_scene(scene, Some(path.into()));
             s.document.reads_anywhere = known || outside;
             let wanted = s.document.take_wanted();
             s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
             s.preferences.remember(path);
             s.show_note(format!("Opened {}", path.display()));
-            Ok(())
+            // What is missing is gray.
+            Ok(images?)
         });
     }
 

@@ -254,6 +254,7 @@ mod tests {
             camera: ViewportCamera::default().camera(),
             size: [40, 30],
             is_still: true,
+            traces_paths: false,
             version: 0,
         };
         let mut renderer = RenderThread::new(Engine::cpu(), || {});

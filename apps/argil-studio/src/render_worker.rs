@@ -1,11 +1,14 @@
 //! Renders the scene: a copy that applies the document's actions, and a world for each visible pipeline.
 
 use crate::pipeline::Pipeline;
+pub(crate) use crate::render_request::{RenderAnswer, RenderRequest, StoredPages, WorkerImage};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::traced_still::TracedStill;
 use anyhow::Context;
-use argil::render::{Camera, Percentiles, RenderMode, RenderSettings};
+use argil::render::{RenderMode, RenderSettings};
 use argil::scene::{Action, Scene};
-use argil::volume::{Levels, TileSource};
-use argil::{Engine, LevelsOptions, RenderedImage, World};
+use argil::volume::Levels;
+use argil::{Engine, RenderedImage, World};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
@@ -17,74 +20,6 @@ const REFINE_MS: f64 = 120.0;
 /// A still image is final if it lacks at most one brick for this many pixels: other samples of its pixels would need
 /// others.
 const FEW: u64 = 2000;
-
-/// A request for images.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct RenderRequest {
-    /// One pipeline, or two to compare.
-    pub pipelines: Vec<Pipeline>,
-    /// The render mode.
-    pub show: RenderMode,
-    /// Voxels along the longest side.
-    pub resolution: u32,
-    /// The camera.
-    pub camera: Camera,
-    /// Size in pixels.
-    pub size: [u32; 2],
-    /// Whether nothing is moving, so that the image is final.
-    pub is_still: bool,
-    /// Version of the document at the request.
-    pub version: u64,
-}
-
-/// An image with its statistics.
-#[derive(Clone, Debug)]
-pub(crate) struct WorkerImage {
-    /// The pipeline.
-    pub pipeline: Pipeline,
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Pixels in sRGB.
-    pub rgb: Vec<u8>,
-    /// Duration of rendering in milliseconds.
-    pub frame_ms: f64,
-    /// Total duration of edits since the last image in milliseconds. `None` without edits.
-    pub edit_ms: Option<f64>,
-    /// Steps of primary rays.
-    pub steps: Percentiles,
-    /// Memory of the representation.
-    pub memory_bytes: u64,
-    /// Number of bricks, if it has any.
-    pub bricks: Option<u64>,
-    /// Number of bricks that levels lack for this image, or 0 if there are few. It is not final before that.
-    pub missing: u64,
-    /// Number of pages that are not in the store, so that the image is coarser there.
-    pub lost: u64,
-    /// Number of triangles, for a mesh.
-    pub triangles: Option<u64>,
-    /// Distance along each pixel's ray to a solid; infinite without a hit.
-    pub lengths: Vec<f32>,
-}
-
-/// The answer to a request.
-#[derive(Debug)]
-pub(crate) struct RenderAnswer {
-    /// The request.
-    pub request: RenderRequest,
-    /// The images, or an error message.
-    pub pictures: Result<Vec<WorkerImage>, String>,
-    /// Duration from request to images in milliseconds.
-    pub duration_ms: f64,
-}
-
-/// The tiles of a world in a store. They are of the scene that is loaded with them.
-#[derive(Clone, Debug)]
-pub(crate) struct StoredPages {
-    /// Levels with the world's voxels.
-    pub options: LevelsOptions,
-    /// Where the pages come from.
-    pub source: Arc<dyn TileSource>,
-}
 
 struct KeptWorld {
     /// Its pages come from a store. It is built when the scene is loaded, and stays.
@@ -109,6 +44,9 @@ pub(crate) struct RenderWorker {
     kept: Vec<KeptWorld>,
     /// Whether a world is being built.
     is_building: Arc<AtomicBool>,
+    /// The still that is being refined.
+    #[cfg(not(target_arch = "wasm32"))]
+    still: Option<TracedStill>,
 }
 
 /// Maximum number of worlds kept: two to compare, and one to return to.
@@ -124,6 +62,8 @@ impl RenderWorker {
             fault: None,
             kept: Vec::new(),
             is_building: Arc::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            still: None,
         }
     }
 
@@ -137,6 +77,10 @@ impl RenderWorker {
         (self.scene, self.version) = (scene, version);
         self.fault = None;
         self.kept.clear();
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.still = None;
+        }
         if let Some(pages) = pages {
             self.is_building.store(true, Ordering::Relaxed);
             let built = self.build_stored(&pages).await;
@@ -193,6 +137,22 @@ impl RenderWorker {
             };
         }
         let mut pictures = Ok(Vec::new());
+        #[cfg(not(target_arch = "wasm32"))]
+        if let (true, true, [pipeline]) = (
+            request.traces_paths,
+            request.is_still,
+            &request.pipelines[..],
+        ) {
+            let traced = TracedStill::refined(&mut self.still, &self.scene, self.version, &request);
+            pictures = traced
+                .map(|still| vec![still.image(*pipeline)])
+                .map_err(|error| format!("{error:#}"));
+            return RenderAnswer {
+                request,
+                pictures,
+                duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            };
+        }
         for &pipeline in &request.pipelines {
             match (self.picture(pipeline, &request).await, &mut pictures) {
                 (Ok(picture), Ok(all)) => all.push(picture),
@@ -250,6 +210,7 @@ impl RenderWorker {
             bricks,
             missing,
             lost: filled.missing,
+            paths: None,
             triangles: world.mesh_counts().map(|counts| counts.triangles),
             lengths,
         })
@@ -381,6 +342,7 @@ mod tests {
             camera: ViewportCamera::default().camera(),
             size: [80, 60],
             is_still: true,
+            traces_paths: false,
             version: 0,
         }
     }

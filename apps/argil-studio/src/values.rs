@@ -2,6 +2,8 @@
 
 use crate::names::humanize;
 use eframe::egui::{self, DragValue};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 /// Returns the unit of a key, for the label shown.
@@ -18,7 +20,22 @@ fn suffix(name: &str, key: &str) -> &'static str {
         "°"
     } else if matches!(
         key,
-        "count" | "seed" | "octaves" | "amount" | "axis" | "normal" | "resolution"
+        "count"
+            | "seed"
+            | "octaves"
+            | "amount"
+            | "axis"
+            | "normal"
+            | "resolution"
+            | "irradiance"
+            | "intensity"
+            | "radiance"
+            | "strength"
+            | "fade"
+            | "density"
+            | "falloff"
+            | "albedo"
+            | "anisotropy"
     ) {
         ""
     } else {
@@ -96,6 +113,31 @@ fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool
             ui.weak("–");
             false
         }
+    }
+}
+
+/// Shows the values of something for editing, and takes those that can be read. Choices among words are not shown.
+pub(crate) fn edit_fields<'a, T: Serialize + DeserializeOwned>(
+    ui: &mut egui::Ui,
+    name: &str,
+    value: &mut T,
+    docs: impl Fn(&str) -> Option<&'a str>,
+) {
+    let Ok(Value::Object(mut map)) = serde_json::to_value(&*value) else {
+        return;
+    };
+    let words = ["mapping"].map(|key| (key, map.remove(key)));
+    if !fields(ui, name, &mut map, docs) {
+        return;
+    }
+    for (key, word) in words {
+        if let Some(word) = word {
+            map.insert(key.to_owned(), word);
+        }
+    }
+    // Incomplete text is not a value yet.
+    if let Ok(changed) = serde_json::from_value(Value::Object(map)) {
+        *value = changed;
     }
 }
 

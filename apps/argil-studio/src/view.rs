@@ -36,6 +36,8 @@ pub(crate) struct ViewState {
     pub show: RenderMode,
     /// Sculpting options, and the current stroke.
     pub sculpting: Sculpting,
+    /// Whether images are path traced while nothing moves.
+    pub traces_paths: bool,
     /// The images.
     pub pictures: ViewportImages,
     /// The gizmo's drag.

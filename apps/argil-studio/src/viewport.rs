@@ -2,7 +2,7 @@
 
 use crate::overlay::label;
 use crate::picking::Picked;
-use crate::render_worker::{RenderAnswer, RenderRequest, WorkerImage};
+use crate::render_worker::{RenderAnswer, RenderRequest};
 use crate::session::{Request, Session};
 use crate::view::{Tool, ViewState};
 use crate::viewport_images::*;
@@ -114,6 +114,7 @@ impl ViewState {
             camera: self.eye.camera(),
             size,
             is_still,
+            traces_paths: self.traces_paths,
             version: session.version,
         };
         let wanted = request(full, true);
@@ -420,7 +421,9 @@ impl ViewState {
             if let Some(bricks) = p.bricks {
                 held += &format!(" · {bricks} bricks");
             }
-            if p.missing > 0 {
+            if let Some(paths) = p.paths {
+                held = format!("{paths} paths a pixel");
+            } else if p.missing > 0 {
                 held += &format!(" · {} missing", p.missing);
             }
             if p.lost > 0 {
@@ -436,15 +439,4 @@ impl ViewState {
         }
         label(ui, rect.min + egui::vec2(10.0, 10.0), &lines.join("\n"));
     }
-}
-
-/// Returns the difference of two images, four times as bright.
-fn difference(a: &WorkerImage, b: &WorkerImage) -> ColorImage {
-    let rgb: Vec<u8> = a
-        .rgb
-        .iter()
-        .zip(&b.rgb)
-        .map(|(a, b)| a.abs_diff(*b).saturating_mul(4))
-        .collect();
-    ColorImage::from_rgb(a.size.map(|n| n as usize), &rgb)
 }

@@ -3,7 +3,7 @@
 use crate::pipeline::Pipeline;
 use crate::render_worker::{RenderRequest, WorkerImage};
 use argil::glam::Vec2;
-use eframe::egui::TextureHandle;
+use eframe::egui::{ColorImage, TextureHandle};
 use std::time::Duration;
 use web_time::Instant;
 
@@ -113,4 +113,15 @@ impl ViewportImages {
             None => 0.5,
         }
     }
+}
+
+/// Returns the difference of two images, four times as bright.
+pub(crate) fn difference(a: &WorkerImage, b: &WorkerImage) -> ColorImage {
+    let rgb: Vec<u8> = a
+        .rgb
+        .iter()
+        .zip(&b.rgb)
+        .map(|(a, b)| a.abs_diff(*b).saturating_mul(4))
+        .collect();
+    ColorImage::from_rgb(a.size.map(|n| n as usize), &rgb)
 }

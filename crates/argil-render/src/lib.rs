@@ -37,7 +37,7 @@ pub use light::SHADOW_STEPS;
 pub use live_image::LiveImage;
 pub use path::{
     Development, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
-    PathView, Still, StillOptions, denoised, developed, trace_paths,
+    PathView, Still, StillOptions, continue_paths, denoised, developed, trace_paths,
 };
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;

@@ -27,7 +27,7 @@ pub use material::PathMaterial;
 pub use still::Still;
 
 use crate::camera::through;
-use crate::tile::tiles;
+use crate::tile::{Tile, tiles};
 use argil_abi::FrameUniform;
 use argil_math::Control;
 use argil_scene::Fog;
@@ -114,7 +114,7 @@ impl PathView {
 }
 
 /// Makes a still, on rayon's current threads. The frame has the camera, the size and the ground. Canceled work returns what is
-/// there. `passed` is called after each pass.
+/// there.
 pub fn trace_paths(
     scene: &dyn PathScene,
     view: &PathView,
@@ -122,12 +122,40 @@ pub fn trace_paths(
     options: &StillOptions,
     control: &Control,
 ) -> Still {
+    let mut still = Still::new([frame.width, frame.height]);
+    continue_paths(scene, view, frame, options, control, &mut still);
+    still
+}
+
+/// Adds paths to a still of the same frame: see [`trace_paths`]. As many as one call would have made, made by several, are the same
+/// paths.
+///
+/// # Panics
+/// If the still has another size than the frame.
+pub fn continue_paths(
+    scene: &dyn PathScene,
+    view: &PathView,
+    frame: &FrameUniform,
+    options: &StillOptions,
+    control: &Control,
+    still: &mut Still,
+) {
     let start = Instant::now();
     let size = [frame.width, frame.height];
+    assert_eq!(still.size, size, "a still of this frame");
+    let first = still.samples();
     let all: Vec<_> = tiles(size[0], size[1]).collect();
+    let row_of = |tile: &Tile, row: usize| {
+        let begin = (tile.first_row as usize + row) * size[0] as usize + tile.first_x as usize;
+        begin..begin + tile.width as usize
+    };
     let mut own: Vec<Vec<Pixel>> = all
         .iter()
-        .map(|tile| vec![Pixel::default(); tile.area()])
+        .map(|tile| {
+            let rows = 0..tile.area() / tile.width as usize;
+            let rows = rows.map(|row| &still.pixels[row_of(tile, row)]);
+            rows.flatten().copied().collect()
+        })
         .collect();
     let integrator = Integrator {
         frame,
@@ -155,7 +183,7 @@ pub fn trace_paths(
                     tile.first_x + nth % tile.width,
                     tile.first_row + nth / tile.width,
                 );
-                let mut sampler = Sampler::new(y * size[0] + x, pass);
+                let mut sampler = Sampler::new(y * size[0] + x, first + pass);
                 let [u, v] = sampler.pair();
                 let on_lens = sampler.pair();
                 let (origin, direction) = view.ray(frame, [x as f32 + u, y as f32 + v], on_lens);
@@ -167,12 +195,9 @@ pub fn trace_paths(
             break;
         }
     }
-    let mut pixels = vec![Pixel::default(); size[0] as usize * size[1] as usize];
     for (tile, own) in all.iter().zip(own) {
         for (row, own) in own.chunks(tile.width as usize).enumerate() {
-            let begin = (tile.first_row as usize + row) * size[0] as usize + tile.first_x as usize;
-            pixels[begin..begin + own.len()].copy_from_slice(own);
+            still.pixels[row_of(tile, row)].copy_from_slice(own);
         }
     }
-    Still { size, pixels }
 }

@@ -79,6 +79,27 @@ impl Scene {
         self.history.note(SceneChange::of_everything());
     }
 
+    /// Gives another scene the images that this one has loaded.
+    pub fn share_images(&self, other: &mut Self) {
+        for path in other.missing_images() {
+            let known = self.images().find(|(own, _)| *own == path);
+            if let Some(image) = known.and_then(|(_, image)| image.0.clone()) {
+                other.set_image(&path, &image);
+            }
+        }
+    }
+
+    /// Sets a gray pixel for each image that is not loaded.
+    pub fn gray_missing_images(&mut self) {
+        for path in self.missing_images() {
+            let gray = SceneImage {
+                size: [1, 1],
+                pixels: vec![[0.5; 3]],
+            };
+            self.set_image(&path, &Arc::new(gray));
+        }
+    }
+
     fn images(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
         let textures = self
             .materials

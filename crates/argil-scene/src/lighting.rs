@@ -222,7 +222,8 @@ pub struct Fog {
     pub density: f32,
     /// The height at which fog has this density.
     pub height: f32,
-    /// How fast it thins out upward: over a length of 1 / `falloff`, to 37 %. 0 for the same density everywhere.
+    /// How fast it thins out upward: over a length of 1 / `falloff`, to 37 %. 0 for the same density everywhere,
+    /// which hides suns and the environment: such fog has no end.
     pub falloff: f32,
     /// Color of the share that is scattered and not absorbed, from 0 to 1.
     pub albedo: [f32; 3],

@@ -5,7 +5,7 @@ use crate::query::Query;
 use crate::{RenderError, Representation, World};
 use argil_render::{
     Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
-    RenderSettings, Still, StillOptions, frame_uniforms, trace_paths,
+    RenderSettings, Still, StillOptions, continue_paths, frame_uniforms,
 };
 use glam::Vec3;
 
@@ -22,6 +22,9 @@ pub enum StillError {
     /// The representation has nothing that paths pass through.
     #[error("paths pass through the field, bricks and dense volumes, and not through {0}")]
     Representation(&'static str),
+    /// A still that is to be refined has another size than the settings.
+    #[error("the still has another size than the settings")]
+    Size,
     /// The image of the environment is not loaded.
     #[error(transparent)]
     Environment(#[from] EnvironmentNotLoaded),
@@ -60,12 +63,31 @@ impl World {
         settings: &RenderSettings,
         options: &StillOptions,
     ) -> Result<Still, StillError> {
+        let mut still = Still::new(settings.size);
+        self.refine_still(&mut still, camera, settings, options)?;
+        Ok(still)
+    }
+
+    /// Adds paths to a still, with the same arguments as before: see [`World::still`]. Of the options, `samples` is how many are added.
+    ///
+    /// # Errors
+    /// If a setting is out of range, the still has another size, or paths cannot pass through the representation.
+    pub fn refine_still(
+        &self,
+        still: &mut Still,
+        camera: &Camera,
+        settings: &RenderSettings,
+        options: &StillOptions,
+    ) -> Result<(), StillError> {
         // A still has samples of its own.
         let settings = RenderSettings {
             samples: 1,
             ..*settings
         };
         crate::rendering::check(camera, &settings)?;
+        if still.size() != settings.size {
+            return Err(StillError::Size);
+        }
         let fault = |name, value: u32, expected| {
             let value = f64::from(value);
             RenderError::Setting {
@@ -105,7 +127,8 @@ impl World {
             lens,
         };
         let control = &self.engine.control;
-        Ok(trace_paths(&scene, &view, &frames[0], options, control))
+        continue_paths(&scene, &view, &frames[0], options, control, still);
+        Ok(())
     }
 
     /// Returns what paths pass through.

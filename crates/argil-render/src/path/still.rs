@@ -49,6 +49,28 @@ pub struct Still {
 }
 
 impl Still {
+    /// Creates a still without paths, of a width and a height in pixels.
+    pub fn new(size: [u32; 2]) -> Self {
+        let count = size[0] as usize * size[1] as usize;
+        Self {
+            size,
+            pixels: vec![Pixel::default(); count],
+        }
+    }
+
+    /// Returns the mean distance to the first surface of each pixel. Infinite where most paths met none.
+    pub fn distances(&self) -> Vec<f32> {
+        let distance = |pixel: &Pixel| {
+            let is_covered = pixel.count > 0 && 2.0 * pixel.covered >= pixel.count as f32;
+            if is_covered {
+                pixel.distance / pixel.count as f32
+            } else {
+                f32::INFINITY
+            }
+        };
+        self.pixels.iter().map(distance).collect()
+    }
+
     /// Returns the width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
