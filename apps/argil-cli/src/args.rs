@@ -294,8 +294,8 @@ pub(crate) struct EditArgs {
     /// A scene file, which is baked first, or a volume file
     pub scene: PathBuf,
     /// The edits, one JSON object per line. "edit" is insert (into, index, entry), remove (node), replace (node, entry), move
-    /// (node, into, index), transform (node, by), set_visible (node, visible), set_material (name, material), rename_meshes
-    /// (paths), undo, redo, begin_stroke or end_stroke. A node is a path such as brushes[2].brushes[0]
+    /// (node, into, index), transform (node, by), set_visible (node, visible), set_material (name, material),
+    /// set_view (view), rename_meshes (paths), undo, redo, begin_stroke or end_stroke. A node is a path such as brushes[2].brushes[0]
     #[arg(long, value_name = "FILE")]
     pub edits: PathBuf,
     /// Output volume

@@ -91,3 +91,138 @@ fn interrupted_stills_are_written() {
     assert_eq!(found["interrupted"], true);
     assert!(found["samples"].as_u64() > Some(0) && path.is_file());
 }
+
+/// The scenes of the gallery are read, and their images are found beside them. What is behind a transparent still is left out.
+#[test]
+fn the_gallery_is_rendered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["textures", "glass", "fog", "lights"] {
+        let path = folder.path().join(format!("{name}.png"));
+        let path = path.display().to_string();
+        let own = scene(&format!("gallery/{name}"));
+        let size = [
+            "--integrator",
+            "path",
+            "--size",
+            "24x15",
+            "--samples",
+            "1",
+            "--transparent",
+        ];
+        argil(&[&["render", &own, "-o", &path], &size[..]].concat());
+        let picture = image::open(&path).expect("a picture").into_rgba8();
+        let alpha = |nth: fn(u8) -> bool| picture.pixels().any(|pixel| nth(pixel.0[3]));
+        assert!(alpha(|a| a == 255), "{name}");
+        // The hall and the fog in it hide all.
+        assert_eq!(alpha(|a| a == 0), name != "fog", "{name}");
+    }
+}
+
+/// Bad images and lights are refused with the place and the remedy.
+#[test]
+fn bad_images_and_lights_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+    };
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_pixel(8, 8, image::Rgb([200, 10, 10]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("a PNG");
+    let png = png.into_inner();
+    write("cut.png", &png[..png.len() / 2]);
+    write("text.jpg", b"no image");
+    write("empty.hdr", b"");
+    let mut exr = std::io::Cursor::new(Vec::new());
+    let mut light = image::Rgb32FImage::from_pixel(4, 2, image::Rgb([1.0; 3]));
+    light.put_pixel(3, 1, image::Rgb([1.0, f32::NAN, 0.0]));
+    light
+        .write_to(&mut exr, image::ImageFormat::OpenExr)
+        .expect("an EXR");
+    write("nan.exr", &exr.into_inner());
+    let lights = |count: usize, light: &str| {
+        format!(
+            r#""view": {{"lights": [{}]}},"#,
+            vec![light; count].join(",")
+        )
+    };
+    let around = |path: &str| {
+        format!(r#""view": {{"environment": {{"type": "image", "path": "{path}"}}}},"#)
+    };
+    let texture =
+        |own: &str| format!(r#""materials": {{"a": {{"textures": {{"base_color": {own}}}}}}},"#);
+    let image = |path: &str| {
+        texture(&format!(
+            r#"{{"pattern": {{"type": "image", "path": "{path}"}}}}"#
+        ))
+    };
+    let sun = |irradiance: &str| {
+        lights(
+            1,
+            &format!(
+                r#"{{"type": "sun", "direction_degrees": [0, 0], "irradiance": {irradiance}}}"#
+            ),
+        )
+    };
+    let point = r#"{"type": "point", "at": [0, 1, 0], "intensity": [1, 1, 1]}"#;
+    for (what, expected) in [
+        (lights(10_000, point), "256"),
+        (sun("[1e30, 1, 1]"), "irradiance[0]"),
+        (sun("[-1, 1, 1]"), "irradiance[0]"),
+        (
+            lights(
+                1,
+                r#"{"type": "spot", "at": [1, 1, 1], "target": [1, 1, 1], "intensity": [1, 1, 1]}"#,
+            ),
+            "target",
+        ),
+        (
+            lights(
+                1,
+                r#"{"type": "area", "at": [0, 1, 0], "target": [0, 0, 0], "size": [0, 1], "radiance": [1, 1, 1]}"#,
+            ),
+            "size[0]",
+        ),
+        (
+            r#""view": {"fog": {"density": -1}},"#.into(),
+            "view.fog.density",
+        ),
+        (r#""view": {"exposure": 99},"#.into(), "view.exposure"),
+        (r#""view": {"tone": "film"},"#.into(), "film"),
+        (around("nowhere.hdr"), "nowhere.hdr"),
+        (around("../outside.hdr"), "outside.hdr"),
+        (around("scene.json"), ".exr"),
+        (around("empty.hdr"), "empty.hdr"),
+        (around("nan.exr"), "column 3 of row 1"),
+        (image("cut.png"), "cut.png"),
+        (image("text.jpg"), "text.jpg"),
+        (texture(r#"{"size": 0}"#), "textures.base_color.size"),
+        (
+            texture(r#"{"high": [2, 0, 0]}"#),
+            "textures.base_color.high[0]",
+        ),
+        (
+            texture(r#"{"pattern": {"type": "noise", "octaves": 99}}"#),
+            "octaves",
+        ),
+        (texture(r#"{"pattern": {"type": "tiles"}}"#), "tiles"),
+        (
+            r#""materials": {"a": {"refractive_index": 0.5}},"#.into(),
+            "refractive_index",
+        ),
+        (
+            r#""materials": {"a": {"transmission": 2}},"#.into(),
+            "transmission",
+        ),
+    ] {
+        let text = format!(
+            r#"{{"argil": 1, {what} "brushes": [{{"shape": {{"type": "sphere", "radius": 1}}}}]}}"#
+        );
+        let place = folder.path().join("scene.json");
+        std::fs::write(&place, text).expect("a file");
+        let place = place.display().to_string();
+        let picture = folder.path().join("x.png").display().to_string();
+        let asked = [&["render", &place, "-o", &picture], &SMALL[..]].concat();
+        fails(&asked, 1, expected);
+    }
+}

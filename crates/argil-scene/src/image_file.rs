@@ -53,9 +53,12 @@ impl Scene {
         missing
     }
 
-    /// Returns the path of each image that the scene names.
-    pub fn image_paths(&self) -> Vec<String> {
-        let mut all: Vec<String> = self.images().map(|(path, _)| path.to_owned()).collect();
+    /// Returns the path of each image that a texture names.
+    pub fn texture_images(&self) -> Vec<String> {
+        let mut all: Vec<String> = self
+            .images_of_textures()
+            .map(|(path, _)| path.to_owned())
+            .collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -100,17 +103,18 @@ impl Scene {
         }
     }
 
+    fn images_of_textures(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
+        let textures = self.materials.values();
+        let textures = textures.filter_map(|own| own.textures.as_deref());
+        textures.flat_map(|own| own.patterns()).filter_map(named)
+    }
+
     fn images(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
-        let textures = self
-            .materials
-            .values()
-            .filter_map(|own| own.textures.as_deref());
-        let of_textures = textures.flat_map(|own| own.patterns()).filter_map(named);
         let of_view = match &self.view.environment {
             Environment::Image { path, image, .. } => Some((path.as_str(), image)),
             Environment::Sky | Environment::Color { .. } => None,
         };
-        of_textures.chain(of_view)
+        self.images_of_textures().chain(of_view)
     }
 
     /// Gives a view the image around the scene, if that is loaded.

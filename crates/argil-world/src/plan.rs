@@ -151,6 +151,12 @@ impl WorldPlan {
         prepared: &Prepared,
         tiles: Vec<u64>,
     ) -> Result<Self, WorldError> {
+        if let Some(image) = scene.texture_images().first() {
+            let reason = format!(
+                "a texture names the image \"{image}\", which worlds of tiles do not hold: use another pattern"
+            );
+            return Err(WorldError::plan("the scene", reason));
+        }
         let grid = prepared.layout.level(0).voxel_grid;
         let text = scene.to_json().trim().to_owned();
         let broken = |error: serde_json::Error| WorldError::plan("the scene", error.to_string());

@@ -137,6 +137,12 @@ impl Integrator<'_> {
             .passed(ray, reach, |of_light| shared(way.density, of_light));
         self.add(found, way.bounce, way.carried * passed);
         if let Some((own, length)) = turn {
+            if way.bounce == 0 {
+                // A denoiser looks at the surface behind the fog, which is the same for all paths.
+                found.albedo = Vec3::ONE;
+                let behind = hit.map(|(hit, is_solid)| (hit.normal, hit.distance, is_solid));
+                (found.normal, found.distance, found.is_covered) = behind.unwrap_or_default();
+            }
             return self.turn_in_fog(&own, length, way, found, sampler);
         }
         match hit {
@@ -145,6 +151,9 @@ impl Integrator<'_> {
                 let sky = self
                     .lights
                     .sky(self.frame, ray, |of_light| shared(way.density, of_light));
+                if way.bounce == 0 && self.fog.is_some() {
+                    found.albedo = Vec3::ONE;
+                }
                 if way.bounce == 0 && self.is_transparent {
                     found.opacity = 0.0;
                 } else {
@@ -164,11 +173,6 @@ impl Integrator<'_> {
         sampler: &mut Sampler,
     ) -> bool {
         way.carried *= Vec3::from(own.albedo);
-        if way.bounce == 0 {
-            // Fog has no surface: a denoiser sees what it reflects, and where.
-            found.albedo = Vec3::from(own.albedo);
-            found.distance = length;
-        }
         if way.bounce == self.max_bounces {
             return false;
         }
@@ -228,7 +232,8 @@ impl Integrator<'_> {
         self.add(found, way.bounce, way.carried * Vec3::new(er, eg, eb));
         let bsdf = Bsdf::new(&hit.material.surface, normal, toward);
         if way.bounce == 0 {
-            found.albedo = bsdf.albedo;
+            // Light from fog is not colored by the surface behind.
+            found.albedo = self.fog.map_or(bsdf.albedo, |_| Vec3::ONE);
             (found.normal, found.distance, found.is_covered) = (normal, hit.distance, is_solid);
         }
         if way.bounce == self.max_bounces {
