@@ -120,6 +120,7 @@ fn the_gallery_is_rendered() {
 
 /// Bad images and lights are refused with the place and the remedy.
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of mistakes")]
 fn bad_images_and_lights_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| {

@@ -42,6 +42,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
 ) {
     let materials = APART && carried == Carried::Materials;
     let marks = APART && carried == Carried::Marks;
+    let carries = [materials, marks];
     for i in lanes_of(r.active) {
         R::set(&mut r.acc, i, R::constant(r.start));
     }
@@ -67,13 +68,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
         pc += 1;
         let at = at as usize;
         if op < abi::OP_SHAPES_END {
-            brush::<R, APART>(
-                program,
-                r,
-                &instructions[pc - 1],
-                pc - 1,
-                [materials, marks],
-            );
+            brush::<R, APART>(program, r, &instructions[pc - 1], pc - 1, carries);
             continue;
         }
         match op {
@@ -84,13 +79,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
                     _ => save_value(r, materials),
                 }
             }
-            abi::OP_COMBINE => combine(
-                program,
-                r,
-                &instructions[pc - 1],
-                pc - 1,
-                [materials, marks],
-            ),
+            abi::OP_COMBINE => combine(program, r, &instructions[pc - 1], pc - 1, carries),
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => affine(r, params, at, instructions.get(pc)),

@@ -276,19 +276,25 @@ impl Scene {
                 self.check_entry(&entry)?;
                 HistoryStep::Set { node, entry }
             }
-            Edit::SetMaterial { name, material } => {
-                match &material {
-                    Some(material) => material.check()?,
-                    None => self.check_unused(&name)?,
-                }
-                let material = material.map(|own| self.with_images(own));
-                HistoryStep::SetMaterial { name, material }
-            }
+            Edit::SetMaterial { name, material } => self.material_step(name, material)?,
             Edit::SetView { view } => {
                 view.check()?;
                 HistoryStep::SetView { view }
             }
         })
+    }
+
+    fn material_step(
+        &self,
+        name: String,
+        material: Option<Material>,
+    ) -> Result<HistoryStep, EditError> {
+        match &material {
+            Some(material) => material.check()?,
+            None => self.check_unused(&name)?,
+        }
+        let material = material.map(|own| self.with_images(own));
+        Ok(HistoryStep::SetMaterial { name, material })
     }
 
     /// Takes a checked step. Returns the step that reverses it.

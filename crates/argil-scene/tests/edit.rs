@@ -247,7 +247,7 @@ fn changes_name_the_node_and_its_groups() {
     ];
     assert_eq!(told, expected);
     let stone = argil_scene::Material::default();
-    scene.set_material("stone", stone).unwrap();
+    scene.set_material("stone", stone.clone()).unwrap();
     scene.set_material("stone", stone).unwrap();
     assert_eq!(scene.change_count(), seen + 4);
     assert_ne!(scene.clone().id(), scene.id());

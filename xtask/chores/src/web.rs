@@ -10,7 +10,7 @@ use xtask::root;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Maximum compressed size of the page in bytes.
-const MOST_BYTES: usize = 63 << 16;
+const MOST_BYTES: usize = 65 << 16;
 
 /// How this machine compiles Rust for browsers.
 enum Toolchain {
