@@ -295,7 +295,7 @@ pub(crate) struct EditArgs {
     pub scene: PathBuf,
     /// The edits, one JSON object per line. "edit" is insert (into, index, entry), remove (node), replace (node, entry), move
     /// (node, into, index), transform (node, by), set_visible (node, visible), set_material (name, material),
-    /// set_view (view), rename_meshes (paths), undo, redo, begin_stroke or end_stroke. A node is a path such as brushes[2].brushes[0]
+    /// set_view (all of the view), rename_meshes (paths), undo, redo, begin_stroke or end_stroke. A node is a path such as brushes[2].brushes[0]
     #[arg(long, value_name = "FILE")]
     pub edits: PathBuf,
     /// Output volume

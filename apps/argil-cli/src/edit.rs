@@ -160,6 +160,11 @@ fn replay(
             input::load_meshes(scene, &options.scene, options.on.allow_external_meshes)
                 .with_context(place)?;
         }
+        if !scene.missing_images().is_empty() {
+            let folder = options.scene.parent().unwrap_or(Path::new("."));
+            argil::load_images(scene, folder, options.on.allow_external_meshes)
+                .with_context(place)?;
+        }
         let start = Instant::now();
         let own = world.apply(scene).with_context(place)?;
         // Wait for the GPU, so that the time includes its work.

@@ -3,7 +3,7 @@
 use crate::args::RenderArgs;
 use crate::still_args::Integrator;
 use crate::{input, output};
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use argil::math::Control;
 use argil::render::{Development, RenderMode, StillOptions, denoised, developed};
 use argil::{Backend, save_png};
@@ -67,13 +67,15 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let control = crate::progress::control();
     let engine = input::engine(&on)?.with_control(&control);
     let start = Instant::now();
-    let (_, world) = input::world(
+    let (_, mut world) = input::world(
         &options.scene,
         &engine,
         options.via,
         &options.volume,
         (options.time, on.allow_external_meshes),
     )?;
+    let folder = options.scene.parent().unwrap_or(Path::new("."));
+    world.load_environment(folder, on.allow_external_meshes)?;
     let build_ms = start.elapsed().as_secs_f64() * 1e3;
     let camera = options
         .camera
@@ -149,6 +151,16 @@ fn picture_path(options: &RenderArgs) -> anyhow::Result<PathBuf> {
         && is_exr(path)
     {
         return Ok(path.clone());
+    }
+    let is_other = |path: &PathBuf| {
+        let ending = path.extension();
+        ending.is_some_and(|ending| !ending.eq_ignore_ascii_case("png"))
+    };
+    if let Some(path) = options.output.as_ref().filter(|path| is_other(path)) {
+        bail!(
+            "{}: stills are written as PNG or EXR; name it .png or .exr",
+            path.display()
+        );
     }
     let path = output::picture_path(options)?;
     path.context("a still needs a name: add -o")

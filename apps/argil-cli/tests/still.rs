@@ -227,3 +227,73 @@ fn bad_images_and_lights_are_refused() {
         fails(&asked, 1, expected);
     }
 }
+
+/// Edits bring images, which are checked like the scene's own. Only stills need the image of the environment.
+#[test]
+fn edits_bring_images() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 10, 10]))
+        .save(place("red.png"))
+        .expect("a PNG");
+    let scene = r#"{"argil": 1, "materials": {"a": {}}, "brushes": [{"shape": {"type": "sphere", "radius": 1}, "material": "a"}]}"#;
+    std::fs::write(place("scene.json"), scene).expect("a file");
+    let edit = |line: &str| {
+        std::fs::write(place("edits.jsonl"), line).expect("a file");
+        [
+            "edit",
+            &place("scene.json"),
+            "--edits",
+            &place("edits.jsonl"),
+            "--resolution",
+            "32",
+            "-o",
+            &place("a.argil"),
+        ]
+        .map(str::to_owned)
+        .to_vec()
+    };
+    let material = |path: &str| {
+        format!(
+            r#"{{"edit": "set_material", "name": "a", "material": {{"textures": {{"base_color": {{"pattern": {{"type": "image", "path": "{path}"}}}}}}}}}}"#
+        )
+    };
+    let view = |path: &str| {
+        format!(
+            r#"{{"edit": "set_view", "view": {{"environment": {{"type": "image", "path": "{path}"}}}}}}"#
+        )
+    };
+    let words = |line: &str| edit(line);
+    for good in [material("red.png"), view("red.png")] {
+        let asked = words(&good);
+        argil(&asked.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+    for bad in [material("blue.png"), view("blue.hdr"), view("../red.png")] {
+        let asked = words(&bad);
+        fails(
+            &asked.iter().map(String::as_str).collect::<Vec<_>>(),
+            1,
+            "edits.jsonl:1",
+        );
+    }
+    let around = scene.replace(
+        r#""materials""#,
+        r#""view": {"environment": {"type": "image", "path": "no.hdr"}}, "materials""#,
+    );
+    std::fs::write(place("around.json"), around).expect("a file");
+    argil(&["info", &place("around.json")]);
+    argil(&[
+        "render",
+        &place("around.json"),
+        "--size",
+        "8x8",
+        "-o",
+        &place("x.png"),
+    ]);
+    let still = [
+        &["render", &place("around.json"), "-o", &place("x.png")],
+        &SMALL[..],
+    ]
+    .concat();
+    fails(&still, 1, "no.hdr");
+}

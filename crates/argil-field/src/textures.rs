@@ -145,9 +145,15 @@ fn value(words: &[f32], own: &[f32], at: &TexturedPoint) -> Vec3 {
             image(words, own, uv)
         }
     };
-    let facing = at.normals[space].abs();
-    // Images stand upright.
-    let sides = [vec2(p.z, -p.y), vec2(p.x, p.z), vec2(p.x, -p.y)];
+    let normal = at.normals[space];
+    let facing = normal.abs();
+    // Images stand upright, and are not mirrored, whichever way a surface faces.
+    let side = Vec3::from(normal.to_array().map(|c| if c < 0.0 { -1.0 } else { 1.0 }));
+    let sides = [
+        vec2(-side.x * p.z, -p.y),
+        vec2(p.x, side.y * p.z),
+        vec2(side.z * p.x, -p.y),
+    ];
     let weights = if own[3] != 0.0 {
         let squares = facing * facing;
         squares * squares
@@ -245,9 +251,10 @@ fn brick(uv: Vec2) -> f32 {
 /// Returns an image's color, which repeats, mixed between texels.
 fn image(words: &[f32], own: &[f32], uv: Vec2) -> Vec3 {
     let (first, width, height) = (own[7] as usize * ENTRY, own[11], own[12]);
+    // The middle of the image is at the origin.
     let (x, y) = (
-        (uv.x - uv.x.floor()) * width - 0.5,
-        wrapped(uv.y * width, height) - 0.5,
+        (uv.x + 0.5 - (uv.x + 0.5).floor()) * width - 0.5,
+        wrapped(uv.y * width + 0.5 * height, height) - 0.5,
     );
     let (column, row) = (x.floor(), y.floor());
     let texel = |dx: f32, dy: f32| {

@@ -70,8 +70,8 @@ fn texture_texel(own: u32, column: f32, row: f32, size: vec2<f32>) -> vec3<f32> 
 
 fn texture_image(own: u32, uv: vec2<f32>) -> vec3<f32> {
     let size = vec2(texture_word(own + 11u), texture_word(own + 12u));
-    let x = (uv.x - floor(uv.x)) * size.x - 0.5;
-    let y = texture_wrapped(uv.y * size.x, size.y) - 0.5;
+    let x = (uv.x + 0.5 - floor(uv.x + 0.5)) * size.x - 0.5;
+    let y = texture_wrapped(uv.y * size.x + 0.5 * size.y, size.y) - 0.5;
     let column = floor(x);
     let row = floor(y);
     let above = mix(texture_texel(own, column, row, size), texture_texel(own, column + 1.0, row, size), x - column);
@@ -114,24 +114,26 @@ fn texture_value(own: u32, at: vec3<f32>, local: vec3<f32>, normal: vec3<f32>, n
     if kind < 5u {
         return vec3(texture_solid(kind, parameter, p));
     }
-    let facing = abs(select(normal, normal_in_scene, is_world));
+    let outward = select(normal, normal_in_scene, is_world);
+    let facing = abs(outward);
+    let side = select(vec3(1.0), vec3(-1.0), outward < vec3(0.0));
     var weights = facing * facing * facing * facing;
     if parameter == 0.0 {
         weights = texture_two_weights(facing);
     }
     let sum = weights.x + weights.y + weights.z;
     if sum <= 0.0 {
-        return texture_flat(own, kind, p.xz);
+        return texture_flat(own, kind, vec2(p.x, side.y * p.z));
     }
     var total = vec3(0.0);
     if weights.x > 0.0 {
-        total += texture_flat(own, kind, vec2(p.z, -p.y)) * (weights.x / sum);
+        total += texture_flat(own, kind, vec2(-side.x * p.z, -p.y)) * (weights.x / sum);
     }
     if weights.y > 0.0 {
-        total += texture_flat(own, kind, p.xz) * (weights.y / sum);
+        total += texture_flat(own, kind, vec2(p.x, side.y * p.z)) * (weights.y / sum);
     }
     if weights.z > 0.0 {
-        total += texture_flat(own, kind, vec2(p.x, -p.y)) * (weights.z / sum);
+        total += texture_flat(own, kind, vec2(side.z * p.x, -p.y)) * (weights.z / sum);
     }
     return total;
 }

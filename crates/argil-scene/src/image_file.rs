@@ -43,25 +43,18 @@ pub(crate) fn check(path: &str) -> Result<(), ValidationError> {
 impl Scene {
     /// Returns the path of each image that is not loaded: of textures, and of the environment.
     pub fn missing_images(&self) -> Vec<String> {
-        let mut missing: Vec<String> = self
-            .images()
-            .filter(|(_, image)| image.0.is_none())
-            .map(|(path, _)| path.to_owned())
-            .collect();
-        missing.sort_unstable();
-        missing.dedup();
-        missing
+        paths_of(self.images().filter(|(_, image)| image.0.is_none()))
+    }
+
+    /// Returns the path of each texture's image that is not loaded.
+    pub fn missing_texture_images(&self) -> Vec<String> {
+        let all = self.images_of_textures();
+        paths_of(all.filter(|(_, image)| image.0.is_none()))
     }
 
     /// Returns the path of each image that a texture names.
     pub fn texture_images(&self) -> Vec<String> {
-        let mut all: Vec<String> = self
-            .images_of_textures()
-            .map(|(path, _)| path.to_owned())
-            .collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        paths_of(self.images_of_textures())
     }
 
     /// Sets an image, for all materials that name it, and the environment. This is not an undo step. Worlds of the scene must be
@@ -139,6 +132,14 @@ impl Scene {
         }
         material
     }
+}
+
+/// Returns paths, each once.
+fn paths_of<'a>(images: impl Iterator<Item = (&'a str, &'a LoadedImage)>) -> Vec<String> {
+    let mut all: Vec<String> = images.map(|(path, _)| path.to_owned()).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 fn named(pattern: &Pattern) -> Option<(&str, &LoadedImage)> {

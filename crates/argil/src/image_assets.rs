@@ -12,13 +12,14 @@ const MAX_PIXELS: u64 = 1 << 26;
 #[cfg(feature = "image-files")]
 const MAX_LIGHT: f32 = 1e6;
 
-/// Loads the images that a scene names and does not have yet. `bytes` returns the place and the bytes of a path, or `None` to leave
+/// Loads images that a scene names. `bytes` returns the place and the bytes of a path, or `None` to leave
 /// it out.
 pub(crate) fn load(
     scene: &mut Scene,
+    paths: Vec<String>,
     bytes: impl Fn(&str) -> Result<Option<(PathBuf, Vec<u8>)>, MeshFileError>,
 ) -> Result<(), MeshFileError> {
-    for path in scene.missing_images() {
+    for path in paths {
         if let Some((place, bytes)) = bytes(&path)? {
             let image = Arc::new(decoded(&bytes, &place)?);
             scene.set_image(&path, &image);
@@ -42,7 +43,11 @@ fn decoded(bytes: &[u8], place: &Path) -> Result<SceneImage, MeshFileError> {
         path: place.into(),
         reason,
     };
-    let damaged = |error: image::ImageError| fault(format!("the image cannot be read: {error}"));
+    let damaged = |error: image::ImageError| {
+        fault(format!(
+            "the image cannot be read: {error}; is it whole? Save it again"
+        ))
+    };
     let open = || {
         let reader = ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format();
         reader.map_err(|error| damaged(error.into()))

@@ -124,7 +124,10 @@ pub fn load_meshes_with_control(
     allow_external: bool,
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
-    load_images(scene, folder, allow_external)?;
+    let textures = scene.missing_texture_images();
+    image_assets::load(scene, textures, |path| {
+        image_bytes(path, folder, allow_external).map(Some)
+    })?;
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
@@ -147,11 +150,26 @@ pub fn load_images(
     folder: &Path,
     allow_external: bool,
 ) -> Result<(), MeshFileError> {
-    image_assets::load(scene, |path| {
-        let place = place_of(path, folder, allow_external)?;
-        let bytes = argil_mesh::bytes(&place)?;
-        Ok(Some((place, bytes)))
+    let images = scene.missing_images();
+    image_assets::load(scene, images, |path| {
+        image_bytes(path, folder, allow_external).map(Some)
     })
+}
+
+/// Returns the place and the bytes of an image.
+fn image_bytes(
+    path: &str,
+    folder: &Path,
+    allow_external: bool,
+) -> Result<(PathBuf, Vec<u8>), MeshFileError> {
+    let place = place_of(path, folder, allow_external)?;
+    let bytes = std::fs::read(&place).map_err(|error| MeshFileError::Image {
+        path: place.clone(),
+        reason: format!(
+            "the image \"{path}\", which the scene names, cannot be read: {error}; images lie beside the scene"
+        ),
+    })?;
+    Ok((place, bytes))
 }
 
 /// Loads meshes from bytes, found by file name without folder. Names that are not given stay missing. Nothing is
@@ -163,7 +181,8 @@ pub fn load_meshes_from_bytes(
     scene: &mut Scene,
     files: &[(String, Vec<u8>)],
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
-    image_assets::load(scene, |path| {
+    let images = scene.missing_images();
+    image_assets::load(scene, images, |path| {
         let name = Path::new(path).file_name().unwrap_or_default();
         let own = files.iter().find(|(own, _)| name == own.as_str());
         Ok(own.map(|(own, bytes)| (own.into(), bytes.clone())))

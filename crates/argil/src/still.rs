@@ -2,12 +2,13 @@
 
 use crate::probe::Probe;
 use crate::query::Query;
-use crate::{RenderError, Representation, World};
+use crate::{MeshFileError, RenderError, Representation, World};
 use argil_render::{
     Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
     RenderSettings, Still, StillOptions, continue_paths, frame_uniforms,
 };
 use glam::Vec3;
+use std::path::Path;
 
 /// The most paths of a pixel, and surfaces of a path.
 const MOST_SAMPLES: u32 = 1 << 20;
@@ -131,12 +132,29 @@ impl World {
         Ok(())
     }
 
+    /// Loads the image of the view's environment, if that is not loaded: only stills need it. `folder` is the folder of the scene's
+    /// file. If `allow_external` is false, its path may not leave it.
+    ///
+    /// # Errors
+    /// If the file lies outside the folder, or cannot be read.
+    pub fn load_environment(
+        &mut self,
+        folder: &Path,
+        allow_external: bool,
+    ) -> Result<(), MeshFileError> {
+        crate::load_images(&mut self.scene, folder, allow_external)
+    }
+
     /// Returns what paths pass through.
     fn paths(&self) -> Result<Query<'_>, StillError> {
         if self.representation == Representation::Field {
             return Ok(self.query());
         }
         let name = self.representation.name();
+        if self.levels().is_some() {
+            // Their pages are there only where rays of an image needed them.
+            return Err(StillError::Representation(name));
+        }
         self.query_volume().ok_or(StillError::Representation(name))
     }
 }

@@ -313,3 +313,58 @@ fn textures_move_with_their_brushes() -> Outcome {
     assert!(rough > 5.0 * flat, "{flat} {rough}");
     Ok(())
 }
+
+/// Images stand upright on all sides of a box, and are not mirrored. Their middle is the brush's.
+#[test]
+fn images_are_upright_and_not_mirrored() -> Outcome {
+    let material =
+        r#", "own": {"textures": {"base_color": {"pattern": {"type": "image", "path": "a.png"}}}}"#;
+    let brush = r#"{"shape": {"type": "box", "half_size": [0.5, 0.5, 0.5]}, "material": "own"}"#;
+    let mut scene = scene(BLACK, material, brush)?;
+    // Red, green; blue, white.
+    let pixels = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
+    let image = SceneImage {
+        size: [2, 2],
+        pixels: pixels.clone(),
+    };
+    scene.set_image("a.png", &Arc::new(image));
+    let world = Engine::cpu().build(&scene)?.field();
+    // Outward, and to the right as seen from outside.
+    for (out, right, up) in [
+        ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        ([0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+        ([-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
+        ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+        ([0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+    ] {
+        for (nth, (x, y)) in [(-0.25, 0.25), (0.25, 0.25), (-0.25, -0.25), (0.25, -0.25)]
+            .into_iter()
+            .enumerate()
+        {
+            let point = [0, 1, 2].map(|k| 0.5 * out[k] + x * right[k] + y * up[k]);
+            let found = world.query().material(point).base_color;
+            let expected: [f32; 3] = pixels[nth];
+            let apart = (0..3)
+                .map(|k| (found[k] - expected[k]).abs())
+                .fold(0.0, f32::max);
+            assert!(
+                apart < 0.02,
+                "{out:?} {nth}: {found:?}, expected {expected:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Levels hold only what an image needed: paths are refused.
+#[test]
+fn levels_are_refused() -> Outcome {
+    let scene = scene("\"ground\": false", "", FLOOR)?;
+    let built = Engine::cpu().build(&scene)?;
+    let world = built.with_representation(argil::LevelsOptions::default())?;
+    let settings = world.render_settings([8, 8], RenderMode::Shaded);
+    let refused = world.still(&world.camera(), &settings, &StillOptions::default());
+    assert!(refused.is_err_and(|error| error.to_string().contains("levels")));
+    Ok(())
+}

@@ -83,10 +83,65 @@ pub fn denoised(still: &Still) -> Vec<[f32; 3]> {
         std::mem::swap(&mut lights, &mut next);
     }
     let colors = lights.iter().zip(&guides);
-    colors
-        .map(|(light, guide)| (light.color * divisor(guide)).to_array())
+    let colors: Vec<Vec3> = colors
+        .map(|(light, guide)| light.color * divisor(guide))
+        .collect();
+    (0..colors.len())
+        .into_par_iter()
+        .map(|own| without_dot(still, &colors, own).to_array())
         .collect()
 }
+
+/// A pixel is noisy if its standard deviation is more than this part of its light.
+const NOISY: f32 = 0.05;
+
+/// Returns a pixel's color, or that of a neighbor if the pixel is noisy, and brighter or darker than seven of its eight
+/// neighbors. At the rims of surfaces, no neighbor is like such a pixel, so that averages leave it alone.
+fn without_dot(still: &Still, colors: &[Vec3], own: usize) -> Vec3 {
+    let color = colors[own];
+    let noise = luminance(still.pixels[own].variance()).max(0.0).sqrt();
+    let brightness = luminance(color);
+    if noise <= NOISY * brightness {
+        return color;
+    }
+    let [width, height] = still.size.map(|side| side as usize);
+    let (x, y) = (own % width, own / width);
+    let mut around = [(0.0, Vec3::ZERO); 8];
+    let mut count = 0;
+    for (dx, dy) in AROUND {
+        if let (Some(x), Some(y)) = (x.checked_add_signed(dx), y.checked_add_signed(dy))
+            && x < width
+            && y < height
+        {
+            let near = colors[y * width + x];
+            around[count] = (luminance(near), near);
+            count += 1;
+        }
+    }
+    if count < around.len() {
+        return color;
+    }
+    around.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    if brightness < around[1].0 {
+        around[1].1
+    } else if brightness > around[6].0 {
+        around[6].1
+    } else {
+        color
+    }
+}
+
+/// The way to each neighbor.
+const AROUND: [(isize, isize); 8] = [
+    (-1, -1),
+    (0, -1),
+    (1, -1),
+    (-1, 0),
+    (1, 0),
+    (-1, 1),
+    (0, 1),
+    (1, 1),
+];
 
 /// Averages the light around a pixel.
 fn averaged(
