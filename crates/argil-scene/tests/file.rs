@@ -89,7 +89,32 @@ fn errors_name_line_column_path_and_reason() {
         )
     };
     let sphere = "\"shape\": {\"type\": \"sphere\", \"radius\": 1}";
+    let lit = |light: &str| {
+        let point = r#"{"type": "point", "at": [0, 0, 0], "intensity": [1, 1, 1]}"#;
+        format!(r#"{{"argil": 1, "view": {{"lights": [{point}, {light}]}}, "brushes": []}}"#)
+    };
+    let textured = |texture: &str| {
+        format!(
+            r#"{{"argil": 1, "materials": {{"a": {{"textures": {{"bump": {texture}}}}}}}, "brushes": []}}"#
+        )
+    };
     for (json, message) in [
+        (
+            lit(r#"{"type": "point", "at": [0, 0, 0], "intensity": [1, 1, 1], "radius": "wide"}"#),
+            "view.lights[1].radius: invalid type: string \"wide\"",
+        ),
+        (
+            lit(r#"{"type": "point", "at": [0, 0, 0]}"#),
+            "view.lights[1]: missing field `intensity`",
+        ),
+        (
+            textured(r#"{"pattern": {"type": "perlin"}}"#),
+            "materials.a.textures.bump.pattern.type: unknown variant `perlin`",
+        ),
+        (
+            textured(r#"{"pattern": "wood"}"#),
+            "materials.a.textures.bump.pattern: invalid type: string \"wood\", expected an object with a \"type\"",
+        ),
         (
             brush(r#"{"shape": {"type": "sphere", "radius": -1}}"#),
             "s.json:3:40: brushes[1].shape.radius: -1 is not positive",

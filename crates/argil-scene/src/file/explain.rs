@@ -15,15 +15,11 @@ pub(super) fn explain<T: DeserializeOwned>(
 ) -> ValidationError {
     let message = error.to_string();
     let reason = message.split(" at line ").next().unwrap_or_default();
-    let mut fault = ValidationError::new("", reason);
-    if reason.starts_with("missing field") {
-        return fault.within(path);
-    }
+    let mut fault = ValidationError::new("", plain(reason));
+    let misses = reason.starts_with("missing field");
     match serde_json::from_slice(text) {
-        Ok(Value::Object(members)) => {
-            fault.path =
-                culprit(&members, |m| complaint::<T>(Value::Object(m))).unwrap_or_default();
-        }
+        Ok(root @ Value::Object(_)) => fault.path = path_of(&deepest::<T>(&root, misses)),
+        _ if misses => {}
         Ok(Value::Array(elements)) => {
             // The first element that is invalid by itself.
             let alone = |v: Value| complaint::<T>(Value::Array(vec![v]));
@@ -44,6 +40,100 @@ pub(super) fn explain<T: DeserializeOwned>(
         _ => {}
     }
     fault.within(path)
+}
+
+/// Returns a reason without words of Rust.
+fn plain(reason: &str) -> String {
+    match reason.split_once("expected internally tagged enum ") {
+        Some((before, _)) => format!("{before}expected an object with a \"type\""),
+        None => reason.to_owned(),
+    }
+}
+
+/// A step from a value to one in it.
+#[derive(Clone, Debug, PartialEq)]
+enum Step {
+    Name(String),
+    Index(usize),
+}
+
+/// Lists longer than this are not searched.
+const MAX_SEARCHED: usize = 256;
+
+/// Returns the way to the deepest value without which serde accepts the whole, or only misses that value. If the whole `misses` a
+/// field, only the first counts.
+fn deepest<T: DeserializeOwned>(root: &Value, misses: bool) -> Vec<Step> {
+    let mut steps = Vec::new();
+    loop {
+        let inner = steps.iter().try_fold(root, |value, step| match step {
+            Step::Name(name) => value.get(name),
+            Step::Index(index) => value.get(index),
+        });
+        let next: Vec<Step> = match inner {
+            Some(Value::Object(members)) => {
+                // Whether members keep their order depends on features that others turn on.
+                let mut names: Vec<String> = members.keys().cloned().collect();
+                names.sort_unstable();
+                names.into_iter().map(Step::Name).collect()
+            }
+            Some(Value::Array(elements)) if elements.len() <= MAX_SEARCHED => {
+                (0..elements.len()).map(Step::Index).collect()
+            }
+            _ => return steps,
+        };
+        let complaint_without = |step: &Step| {
+            let way = [&steps[..], std::slice::from_ref(step)].concat();
+            complaint::<T>(without(root, &way))
+        };
+        let accepted = next.iter().find(|step| complaint_without(step).is_none());
+        let missed = || {
+            next.iter().find(|step| match step {
+                Step::Name(name) => complaint_without(step)
+                    .is_some_and(|c| c.starts_with(&format!("missing field `{name}`"))),
+                Step::Index(_) => false,
+            })
+        };
+        let found = accepted.or_else(|| if misses { None } else { missed() });
+        match found {
+            Some(step) => steps.push(step.clone()),
+            None => return steps,
+        }
+    }
+}
+
+/// Returns a value without one that is in it.
+fn without(root: &Value, way: &[Step]) -> Value {
+    let mut root = root.clone();
+    let Some((last, before)) = way.split_last() else {
+        return root;
+    };
+    let mut inner = Some(&mut root);
+    for step in before {
+        inner = inner.and_then(|value| match step {
+            Step::Name(name) => value.get_mut(name),
+            Step::Index(index) => value.get_mut(index),
+        });
+    }
+    match (inner, last) {
+        (Some(Value::Object(members)), Step::Name(name)) => drop(members.remove(name)),
+        (Some(Value::Array(elements)), Step::Index(index)) if *index < elements.len() => {
+            drop(elements.remove(*index));
+        }
+        _ => {}
+    }
+    root
+}
+
+fn path_of(steps: &[Step]) -> String {
+    let mut path = String::new();
+    for step in steps {
+        match step {
+            Step::Name(name) if path.is_empty() => path.push_str(name),
+            Step::Name(name) => path.extend([".", name]),
+            Step::Index(index) => path += &format!("[{index}]"),
+        }
+    }
+    path
 }
 
 /// Returns serde's complaint about a value.
