@@ -1,7 +1,7 @@
 //! `argil render --integrator path`.
 
 use crate::args::RenderArgs;
-use crate::still_args::Integrator;
+use crate::still_args::{Integrator, StillArgs};
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
 use argil::math::Control;
@@ -57,6 +57,17 @@ pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn still_options(own: &StillArgs) -> StillOptions {
+    let defaults = StillOptions::default();
+    StillOptions {
+        samples: own.samples.unwrap_or(defaults.samples),
+        firefly_clamp: own.firefly_clamp,
+        time_limit: own.time_limit.map(Duration::from_secs_f32),
+        is_transparent: own.transparent,
+        ..defaults
+    }
+}
+
 pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let path = picture_path(options)?;
     output::check_place(&path, &options.scene)?;
@@ -81,14 +92,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         .camera
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
     let settings = crate::render::settings(options, &world);
-    let defaults = StillOptions::default();
-    let asked = StillOptions {
-        samples: options.still.samples.unwrap_or(defaults.samples),
-        firefly_clamp: options.still.firefly_clamp,
-        time_limit: options.still.time_limit.map(Duration::from_secs_f32),
-        is_transparent: options.still.transparent,
-        ..defaults
-    };
+    let asked = still_options(&options.still);
     let start = Instant::now();
     *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());
     let still = world.still(&camera, &settings, &asked);
