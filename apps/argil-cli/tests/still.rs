@@ -290,10 +290,7 @@ fn edits_bring_images() {
         "-o",
         &place("x.png"),
     ]);
-    let still = [
-        &["render", &place("around.json"), "-o", &place("x.png")],
-        &SMALL[..],
-    ]
-    .concat();
+    let (around, picture) = (place("around.json"), place("x.png"));
+    let still = [&["render", &around, "-o", &picture], &SMALL[..]].concat();
     fails(&still, 1, "no.hdr");
 }

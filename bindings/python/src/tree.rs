@@ -92,7 +92,7 @@ impl Materials {
             return name.clone();
         }
         let name = format!("material {}", self.0.len() + 1);
-        self.0.push((name.clone(), *material));
+        self.0.push((name.clone(), material.clone()));
         name
     }
 
@@ -255,7 +255,7 @@ fn visit<'a>(
             let renamed: Vec<(String, String)> = own
                 .iter()
                 .filter_map(|(name, material)| {
-                    Some((name.clone(), materials.take(name, *material)?))
+                    Some((name.clone(), materials.take(name, material.clone())?))
                 })
                 .collect();
             rename(&mut group, &renamed);
@@ -297,7 +297,7 @@ pub fn of_scene(scene: &Scene) -> Tree {
         materials: scene
             .materials()
             .iter()
-            .map(|(name, material)| (name.clone(), *material))
+            .map(|(name, material)| (name.clone(), material.clone()))
             .collect(),
     }
 }
