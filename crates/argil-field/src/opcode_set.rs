@@ -66,7 +66,7 @@ impl OpcodeSet {
     fn interpreter(self) -> String {
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
         text += if self.is_superset(Self::TEXTURED) {
-            include_str!("textures.wgsl")
+            TEXTURES
         } else {
             PLAIN_MATERIALS
         };
@@ -96,6 +96,12 @@ impl OpcodeSet {
         text
     }
 }
+
+/// The materials of brushes with textures.
+pub(crate) const TEXTURES: &str = concat!(
+    include_str!("texture_patterns.wgsl"),
+    include_str!("textures.wgsl")
+);
 
 /// What stands for `textures.wgsl` where no material has any.
 pub(crate) const PLAIN_MATERIALS: &str = "

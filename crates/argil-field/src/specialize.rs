@@ -4,7 +4,7 @@
 //! instructions, the selection by opcode and the stacks disappear.
 
 use crate::dispatch::{wgsl_dispatch, wgsl_function};
-use crate::opcode_set::PLAIN_MATERIALS;
+use crate::opcode_set::{PLAIN_MATERIALS, TEXTURES};
 use crate::{OpcodeSet, Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
@@ -27,7 +27,7 @@ impl Program {
             return PLAIN_MATERIALS.to_owned();
         }
         let used = OpcodeSet::of(self);
-        wgsl_dispatch(|op| used.contains(op)) + include_str!("textures.wgsl")
+        wgsl_dispatch(|op| used.contains(op)) + TEXTURES
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reads the images that scenes name: textures, and environments.
 
-use crate::MeshFileError;
+use crate::mesh_file_error::MeshFileError;
 use argil_scene::{Scene, SceneImage};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -22,6 +22,7 @@ mod memory;
 mod mesh_assets;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
+mod mesh_file_error;
 mod meshing;
 mod observers;
 mod probe;
@@ -63,11 +64,11 @@ pub use image::RenderedImage;
 #[cfg(feature = "png")]
 pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
-    LoadedMesh, MeshFileError, load_images, load_meshes, load_meshes_from_bytes,
-    load_meshes_with_control,
+    LoadedMesh, load_images, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
 #[cfg(feature = "mesh-files")]
 pub use mesh_cache::cache_folder;
+pub use mesh_file_error::MeshFileError;
 pub use meshing::{MeshError, MeshOptions, MeshOutput, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};

@@ -4,6 +4,7 @@ use crate::heightmap::heights;
 use crate::image_assets;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
+use crate::mesh_file_error::MeshFileError;
 use argil_math::Control;
 use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, RepairReport, from_bytes};
 use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
@@ -59,46 +60,6 @@ impl LoadedMesh {
 
 /// A step of a heightmap that is this many times steeper than nearly all others is reported as a cliff.
 const STEEP: f32 = 6.0;
-
-/// The reason why a mesh that a scene names cannot be loaded.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeshFileError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Input(#[from] MeshReadError),
-    /// The file holds no solid.
-    #[error("{}", path.display())]
-    Empty {
-        /// Path of the file.
-        path: PathBuf,
-        /// What was wrong.
-        source: MeshReadError,
-    },
-    /// The volume of another program cannot be read.
-    #[cfg(feature = "volume-files")]
-    #[error(transparent)]
-    Volume(#[from] crate::VolumeReadError),
-    /// An image cannot be read.
-    #[error("{}: {reason}", path.display())]
-    Image {
-        /// Path of the file.
-        path: PathBuf,
-        /// What was wrong, and what helps.
-        reason: String,
-    },
-    /// The file lies outside the scene's folder.
-    #[error(
-        "the file \"{path}\" is outside the folder of its scene, {}: move it there, or allow external meshes",
-        folder.display()
-    )]
-    ExternalMesh {
-        /// Path in the scene.
-        path: String,
-        /// Folder of the scene.
-        folder: PathBuf,
-    },
-}
 
 /// Loads the meshes, heightmaps and images that a scene names and does not have yet. `folder` is the folder of the
 /// scene's file. If `allow_external` is false, paths may not leave it. The samples are cached in the user's cache folder,
