@@ -41,9 +41,9 @@ pub(crate) fn next<R: Real>(
         R::set(least, i, if nearer { b } else { a });
         if materials
             && nearer
-            && let Some(kept) = r.materials.last_mut()
+            && let Some(begin) = r.materials.len().checked_sub(r.properties)
         {
-            for (kept, own) in kept.iter_mut().zip(r.material.iter()) {
+            for (kept, own) in r.materials[begin..].iter_mut().zip(r.material.iter()) {
                 kept.0[i] = own.0[i];
             }
         }
@@ -62,8 +62,10 @@ pub(crate) fn next<R: Real>(
     }
     r.loops.pop();
     r.acc = r.values.pop().unwrap_or_else(|| R::splat(FAR));
-    if materials && let Some(kept) = r.materials.pop() {
-        *r.material = kept;
+    if materials && let Some(begin) = r.materials.len().checked_sub(r.properties) {
+        for (own, kept) in r.material.iter_mut().zip(r.materials.drain(begin..)) {
+            *own = kept;
+        }
     }
     restore_point(r);
     false

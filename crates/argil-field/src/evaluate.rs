@@ -240,8 +240,17 @@ impl<'a> Evaluator<'a> {
         appearances: &mut [[f32; 12]],
     ) {
         self.run_materials(instructions, points, out);
+        // What all materials have in common was not carried.
+        let common = self.program.materials.appearance(0);
+        let (found, carried) = (&self.plain.material, self.plain.properties);
         for (i, appearance) in appearances.iter_mut().enumerate() {
-            *appearance = array::from_fn(|k| self.plain.material[k].0[i]);
+            *appearance = array::from_fn(|k| {
+                if k < carried {
+                    found[k].0[i]
+                } else {
+                    common[k]
+                }
+            });
         }
     }
 
@@ -260,7 +269,9 @@ impl<'a> Evaluator<'a> {
         }
         plain.origin = self.origin;
         let first = self.program.materials.appearance(0);
-        for (lanes, own) in plain.material.iter_mut().zip(first) {
+        plain.properties = self.program.materials.properties();
+        let carried = plain.material.iter_mut().take(plain.properties);
+        for (lanes, own) in carried.zip(first) {
             *lanes = f32::splat(own);
         }
         run_parallel(self.program, instructions, plain, Carried::Materials);

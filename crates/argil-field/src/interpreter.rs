@@ -8,7 +8,9 @@ use crate::dispatch::measure;
 use crate::domain_changes::{change_domain, is_domain_change, offset, undo_domain};
 use crate::eval_brush::{BrushParams, HEADER};
 use crate::interpreter_state::{InterpreterState, lanes_of, restore_point, save_value, words};
-use crate::material_mix::{join_aside, mark_brush, mark_group, mix_materials, put_aside, weights};
+use crate::material_mix::{
+    join_aside, mark_brush, mark_group, mix_materials, mix_saved, put_aside, weights,
+};
 use crate::places::placed;
 use crate::prefetch::prefetch;
 use crate::ramps::combine_ramped;
@@ -79,7 +81,7 @@ pub(crate) fn run<R: Real, const APART: bool>(
                     _ => save_value(r, materials),
                 }
             }
-            abi::OP_COMBINE => combine(program, r, &instructions[pc - 1], pc - 1, carries),
+            abi::OP_COMBINE => combine(r, params, &instructions[pc - 1], pc - 1, carries),
             abi::OP_PUSH_POINT => r.points.push(r.point.clone()),
             abi::OP_POP_POINT => restore_point(r),
             abi::OP_AFFINE => affine(r, params, at, instructions.get(pc)),
@@ -158,8 +160,7 @@ fn brush<R: Real, const APART: bool>(
                 mix_textured(program, r, instr, &b, &w);
             } else {
                 let m = program.materials.appearance(instr.operand as usize);
-                let channels = program.materials.channels();
-                mix_materials(&mut r.material, (r.active, channels), |k, _| m[k], &w);
+                mix_materials(r, |k, _| m[k], &w);
             }
         }
         join_aside(r, &joint);
@@ -169,13 +170,13 @@ fn brush<R: Real, const APART: bool>(
 /// Joins the accumulator with the top of the stack.
 #[inline(always)]
 fn combine<R: Real>(
-    program: &Program,
     r: &mut InterpreterState<R>,
+    params: &[f32],
     instr: &abi::Instruction,
     place: usize,
     [materials, marks]: [bool; 2],
 ) {
-    let (flags, params) = (instr.flags, &program.params[..]);
+    let flags = instr.flags;
     let w: &[f32; 6] = words(params, instr.params as usize);
     let j = Joint {
         k: w[0],
@@ -192,14 +193,9 @@ fn combine<R: Real>(
     if flags & abi::FLAG_SWAPPED != 0 {
         std::mem::swap(&mut saved, &mut r.acc);
     }
-    if materials && let Some(mut other) = r.materials.pop() {
-        if flags & abi::FLAG_SWAPPED != 0 {
-            std::mem::swap(&mut other, &mut r.material);
-        }
+    if materials {
         let w = weights::<R>(&saved, &r.acc, &j, flags, &r.share, r.active);
-        let lanes = (r.active, program.materials.channels());
-        mix_materials(&mut other, lanes, |k, i| r.material[k].0[i], &w);
-        *r.material = other;
+        mix_saved(r, flags & abi::FLAG_SWAPPED == 0, &w);
     }
     if marks {
         mark_group::<R>(r, place, &saved, &j, flags);

@@ -35,7 +35,10 @@ pub(crate) struct InterpreterState<R: Real> {
     pub at: [F32Lanes; 3],
     pub values: Vec<R::Lanes>,
     pub points: Vec<[R::Lanes; 3]>,
-    pub materials: Vec<MaterialLanes>,
+    /// The saved materials, each of as many lanes as there are properties in use.
+    pub materials: Vec<F32Lanes>,
+    /// How many properties of materials are in use.
+    pub properties: usize,
     /// Finished candidates of each open loop.
     pub loops: Vec<u32>,
     pub outside_world: F32Lanes,
@@ -88,6 +91,7 @@ impl<R: Real> InterpreterState<R> {
             values: Vec::new(),
             points: Vec::new(),
             materials: Vec::new(),
+            properties: 0,
             loops: Vec::new(),
             outside_world: f32::splat(0.0),
             marks: Vec::new(),
@@ -157,7 +161,7 @@ pub(crate) fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
 pub(crate) fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
     r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
     if materials {
-        r.materials.push((*r.material).clone());
+        r.materials.extend_from_slice(&r.material[..r.properties]);
     }
 }
 

@@ -45,6 +45,7 @@ mod scalar;
 mod shapes;
 mod spans;
 mod specialize;
+mod texture_patterns;
 mod textured_brush;
 mod textures;
 

@@ -3,25 +3,43 @@
 use crate::FAR;
 use crate::combine::{Joint, combine_smooth, weight_paint, weight_smooth};
 use crate::curves::SIMD_BLOCK;
-use crate::interpreter_state::{InterpreterState, MaterialLanes};
+use crate::interpreter_state::{InterpreterState, lanes_of};
 use crate::marks::{CELLS_PER_BATCH, Marks, dominated};
 use crate::scalar::{F32Lanes, LANES, Real};
 use argil_abi as abi;
 use argil_math::bits_of;
 
-/// Sets `a` to mix(a, b, weights), in the lanes and properties in use.
+/// Mixes another material into the current one, given its weights, in the lanes and properties in use.
 #[inline(always)]
-pub(crate) fn mix_materials(
-    a: &mut MaterialLanes,
-    (active, channels): (usize, usize),
-    b: impl Fn(usize, usize) -> f32,
+pub(crate) fn mix_materials<R: Real>(
+    r: &mut InterpreterState<R>,
+    other: impl Fn(usize, usize) -> f32,
     weights: &F32Lanes,
 ) {
-    for (k, lanes) in a.iter_mut().enumerate().take(channels) {
-        for i in 0..active.min(LANES) {
-            lanes.0[i] += (b(k, i) - lanes.0[i]) * weights.0[i];
+    for (k, lanes) in r.material.iter_mut().enumerate().take(r.properties) {
+        for i in lanes_of(r.active) {
+            lanes.0[i] += (other(k, i) - lanes.0[i]) * weights.0[i];
         }
     }
+}
+
+/// Mixes the material that was saved last with the current one, which is the second if `is_second`.
+#[inline(always)]
+pub(crate) fn mix_saved<R: Real>(r: &mut InterpreterState<R>, is_second: bool, weights: &F32Lanes) {
+    let Some(begin) = r.materials.len().checked_sub(r.properties) else {
+        return;
+    };
+    for (own, saved) in r.material.iter_mut().zip(&r.materials[begin..]) {
+        for i in lanes_of(r.active) {
+            let (own, saved) = (&mut own.0[i], saved.0[i]);
+            *own = if is_second {
+                saved + (*own - saved) * weights.0[i]
+            } else {
+                *own + (saved - *own) * weights.0[i]
+            };
+        }
+    }
+    r.materials.truncate(begin);
 }
 
 #[inline(always)]

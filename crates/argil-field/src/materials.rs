@@ -5,14 +5,13 @@
 //! [`textures`](crate::textures). The texels of images come last, three bytes each, as one number.
 
 use crate::lower::LowerError;
-use crate::textures::{CHANNELS, KIND_IMAGE, packed_texel, texture_words};
+use crate::texture_patterns::{ENTRY as WORDS, KIND_IMAGE};
+use crate::textures::{CHANNELS, packed_texel, texture_words};
 use argil_abi::GpuMaterial;
 use argil_scene::{Material, Pattern, Scene, SceneImage, Textures};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Words of an entry.
-const WORDS: usize = 8;
 /// The most texels of all images.
 const MAX_TEXELS: usize = 1 << 26;
 
@@ -93,7 +92,7 @@ impl MaterialTable {
 
     /// Returns how many properties differ between materials, of 8 or 12.
     #[inline]
-    pub(crate) fn channels(&self) -> usize {
+    pub(crate) fn properties(&self) -> usize {
         if self.extras.is_empty() { 8 } else { 12 }
     }
 

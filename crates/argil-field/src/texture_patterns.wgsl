@@ -1,4 +1,4 @@
-// GPU version of the patterns in textures.rs.
+// GPU version of texture_patterns.rs.
 
 fn texture_word(at: u32) -> f32 {
     let entry = materials[at >> 3u];

@@ -50,13 +50,7 @@ pub(crate) fn mix_textured<R: Real>(
             apply(words, record, &at, &mut own[i]);
         }
     }
-    let channels = program.materials.channels();
-    mix_materials(
-        &mut r.material,
-        (r.active, channels),
-        |k, i| own[i][k],
-        weights,
-    );
+    mix_materials(r, |k, i| own[i][k], weights);
 }
 
 /// Returns normals of a brush's own shape, in its space, of any length.
