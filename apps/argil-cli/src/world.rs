@@ -117,7 +117,7 @@ fn bake(options: &WorldBake) -> anyhow::Result<()> {
     let (plan, scene) = planned(&options.on)?;
     let store = Store::create(&options.on.store)?;
     let done = argil_world::bake(&plan, &scene, &store, shard, &control)?;
-    let report = report(&done, &plan, shard);
+    let report = report(&done, &plan, shard)?;
     if options.on.how.json {
         output::json(&report);
         return Ok(());
@@ -136,19 +136,11 @@ fn bake(options: &WorldBake) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn report(done: &BakeReport, plan: &WorldPlan, shard: Shard) -> Value {
-    json!({
-        "hash": plan.hash(),
-        "shard": [shard.index, shard.count],
-        "tiles": done.tiles,
-        "present": done.present,
-        "baked": done.baked,
-        "empty": done.empty,
-        "bricks": done.bricks,
-        "bytes": done.bytes,
-        "plan_ms": done.plan_ms,
-        "bake_ms": done.bake_ms,
-    })
+fn report(done: &BakeReport, plan: &WorldPlan, shard: Shard) -> anyhow::Result<Value> {
+    let mut report = serde_json::to_value(done)?;
+    report["hash"] = plan.hash().into();
+    report["shard"] = json!([shard.index, shard.count]);
+    Ok(report)
 }
 
 fn status(options: &WorldStatus) -> anyhow::Result<()> {

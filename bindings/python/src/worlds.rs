@@ -57,6 +57,33 @@ fn planned(
     Ok((plan, scene))
 }
 
+/// A world that is being made, and where.
+struct Site<'a> {
+    plan: &'a WorldPlan,
+    scene: &'a Scene,
+    store: &'a Store,
+}
+
+/// Reads a plan, opens a store, and works on both without the interpreter's lock.
+fn with_store<T: Send>(
+    py: Python<'_>,
+    progress: Option<Bound<'_, PyAny>>,
+    (plan, folder): (&str, &Path),
+    (store, open): (&str, fn(&str) -> Result<Store, WorldError>),
+    what: impl FnOnce(&Site<'_>, &argil::math::Control) -> Result<T, WorldError> + Send,
+) -> PyResult<T> {
+    work::run(py, progress.as_ref(), |control| {
+        let (plan, scene) = planned(plan, folder, control)?;
+        let store = open(store).map_err(ToPython::to_python)?;
+        let site = Site {
+            plan: &plan,
+            scene: &scene,
+            store: &store,
+        };
+        what(&site, control).map_err(ToPython::to_python)
+    })?
+}
+
 /// Plans the world of a scene file. Returns the plan, its hash, and the number of tiles that there can be.
 #[pyfunction]
 #[pyo3(signature = (path, voxel_size, bits, external, progress=None))]
@@ -111,21 +138,16 @@ pub fn bake_world(
     count: u64,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let done = work::run(py, progress.as_ref(), |control| {
-        let (plan, scene) = planned(plan, &folder, control)?;
-        let store = Store::create(store).map_err(ToPython::to_python)?;
-        let shard = Shard { index, count };
-        argil_world::bake(&plan, &scene, &store, shard, control).map_err(ToPython::to_python)
-    })??;
-    let report = json!({
-        "tiles": done.tiles,
-        "present": done.present,
-        "baked": done.baked,
-        "empty": done.empty,
-        "bricks": done.bricks,
-        "bytes": done.bytes,
-    });
-    Ok(report.to_string())
+    let open = |store: &str| Store::create(store);
+    let shard = Shard { index, count };
+    let done = with_store(
+        py,
+        progress,
+        (plan, &folder),
+        (store, open),
+        |own, control| argil_world::bake(own.plan, own.scene, own.store, shard, control),
+    )?;
+    serde_json::to_string(&done).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// Counts what a store has of a world, as JSON.
@@ -139,11 +161,14 @@ pub fn world_status(
     verify: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let found = work::run(py, progress.as_ref(), |control| {
-        let (plan, scene) = planned(plan, &folder, control)?;
-        let store = Store::open(store).map_err(ToPython::to_python)?;
-        argil_world::status(&plan, &scene, &store, verify, control).map_err(ToPython::to_python)
-    })??;
+    let open = |store: &str| Store::open(store);
+    let found = with_store(
+        py,
+        progress,
+        (plan, &folder),
+        (store, open),
+        |own, control| argil_world::status(own.plan, own.scene, own.store, verify, control),
+    )?;
     let damaged: Vec<String> = found
         .damaged
         .iter()
@@ -170,12 +195,17 @@ pub fn finish_world(
     verify: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    work::run(py, progress.as_ref(), |control| {
-        let (plan, scene) = planned(plan, &folder, control)?;
-        let store = Store::open(store).map_err(ToPython::to_python)?;
-        argil_world::finish(&plan, &scene, &store, verify, control).map_err(ToPython::to_python)?;
-        Ok(store.within(plan.hash()).place().to_owned())
-    })?
+    let open = |store: &str| Store::open(store);
+    with_store(
+        py,
+        progress,
+        (plan, &folder),
+        (store, open),
+        |own, control| {
+            argil_world::finish(own.plan, own.scene, own.store, verify, control)?;
+            Ok(own.store.within(own.plan.hash()).place().to_owned())
+        },
+    )
 }
 
 /// Saves edits beside a finished world. Returns the name of the new object.

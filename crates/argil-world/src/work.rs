@@ -20,7 +20,7 @@ const IN_FLIGHT: usize = 16;
 const NEIGHBORS: usize = 4;
 
 /// What a worker did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct BakeReport {
     /// Tiles of the shard.
     pub tiles: u64,
