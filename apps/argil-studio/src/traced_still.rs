@@ -108,7 +108,7 @@ mod tests {
     use crate::sample_scenes::first;
     use crate::viewport_camera::ViewportCamera;
 
-    /// A still gains paths while nothing changes, and begins anew when something does.
+    /// A still gains paths while nothing changes, and starts over when something does.
     #[test]
     fn stills_are_refined_until_something_changes() {
         let mut request = RenderRequest {

@@ -1,7 +1,7 @@
 //! Parts of a scene to be, and how much their distances are divided.
 //!
 //! A twisted solid's distances are divided by how much it stretches space. Blends and offsets of fogleman/sdf measure
-//! undivided distances. So where a joint or an offset measures, all of its distances and lengths are divided alike.
+//! undivided distances. So where a joint or an offset measures, all of its distances and lengths are divided by the same number.
 
 use argil::scene::{
     Extents, Group, Modifier, MorphRamp, NodeDesc, NodeId, NodeTree, Operator, OperatorKind, Ramp,
@@ -121,10 +121,10 @@ impl Part {
             right.divide_by(factor);
             operator.blend /= factor;
         }
-        let alike = self.of_children.is_none()
+        let same_divisor = self.of_children.is_none()
             && right.of_children.is_none()
             && self.divisor == right.divisor;
-        self.open_list(alike);
+        self.open_list(same_divisor);
         let adds = |tree: &NodeTree| tree.desc.operator == Operator::default();
         let is_list = operator == Operator::default()
             && is_plain_group(&right.tree)
@@ -150,10 +150,10 @@ impl Part {
         }
     }
 
-    /// Makes the part a group that only holds others. `alike`: what comes next has the same divisor.
-    fn open_list(&mut self, alike: bool) {
+    /// Makes the part a group that only holds others. `same_divisor`: what comes next has the same divisor.
+    fn open_list(&mut self, same_divisor: bool) {
         let is_list = is_plain_group(&self.tree) && !self.tree.children.is_empty();
-        if is_list && (alike || self.of_children.is_some()) {
+        if is_list && (same_divisor || self.of_children.is_some()) {
             return;
         }
         self.divide_by(self.divisor);
@@ -162,7 +162,7 @@ impl Part {
             .children
             .push(std::mem::replace(&mut self.tree, Group::new().into()));
         self.tree = group;
-        self.of_children = (!alike).then(|| vec![self.divisor]);
+        self.of_children = (!same_divisor).then(|| vec![self.divisor]);
     }
 
     /// Lets the last operand, a morph, follow a ramp.

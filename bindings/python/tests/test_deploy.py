@@ -1,4 +1,4 @@
-"""The scripts in `deploy/` are valid, as far as that can be told without a cluster."""
+"""The scripts in `deploy/` are valid, as far as that can be checked without a cluster."""
 
 from __future__ import annotations
 

@@ -93,10 +93,10 @@ except KeyboardInterrupt:
     assert process.returncode == 0
 
 
-def test_progress_is_told_and_may_stop_the_work() -> None:
-    told: list[tuple[str, int, int]] = []
-    knot().mesh(0.004, progress=lambda *values: told.append(values))
-    assert told and all(isinstance(stage, str) and done <= max(total, done) for stage, done, total in told)
+def test_progress_is_reports_and_may_stop_the_work() -> None:
+    reports: list[tuple[str, int, int]] = []
+    knot().mesh(0.004, progress=lambda *values: reports.append(values))
+    assert reports and all(isinstance(stage, str) and done <= max(total, done) for stage, done, total in reports)
 
     class Enough(Exception):
         pass
@@ -110,20 +110,20 @@ def test_progress_is_told_and_may_stop_the_work() -> None:
 
 
 def test_progress_bars_are_advanced() -> None:
-    told: list[tuple[str, float, float | None]] = []
+    reports: list[tuple[str, float, float | None]] = []
 
     class Bar(tqdm.tqdm):  # type: ignore[type-arg]
         """A bar that remembers how far it was."""
 
         def update(self, n: float | None = 1) -> bool | None:
             super().update(n)
-            told.append((self.desc, self.n, self.total))
+            reports.append((self.desc, self.n, self.total))
             return None
 
     ring = box((1, 1, 4)).circular_array(24, 1.6).twist(0.75)
     with Bar(file=io.StringIO()) as bar:
         (knot() - ring.k(0.1)).mesh(0.004, progress=bar)
-    steps = [(n, total) for desc, n, total in told if desc.startswith("bricks")]
+    steps = [(n, total) for desc, n, total in reports if desc.startswith("bricks")]
     assert len(steps) > 1 and steps == sorted(steps) and steps[0][0] < steps[-1][0]
     assert all(total is not None and 0 <= n <= total for n, total in steps), steps
 
@@ -226,5 +226,5 @@ def test_forks_work_after_their_parents_did() -> None:
 
 def test_importing_takes_no_numpy() -> None:
     text = "import sys, argil; print('numpy' in sys.modules); from argil import *; print(X, Z * 2)"
-    told = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout
-    assert told.split("\n")[:2] == ["False", "[1 0 0] [0 0 2]"]
+    reports = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout
+    assert reports.split("\n")[:2] == ["False", "[1 0 0] [0 0 2]"]

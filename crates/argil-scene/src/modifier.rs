@@ -247,7 +247,7 @@ modifiers! {
     example(Self::Revolve { offset: 0.5 });
 
     /// Scales distances without moving the surface. Blends and offsets measure distances, so a solid whose distances are
-    /// divided, such as a twisted one, blends evenly with an exact solid whose distances are scaled alike.
+    /// divided, such as a twisted one, blends evenly with an exact solid whose distances are scaled by the same factor.
     ScaleDistance {
         /// The factor, from 1e-4 to 1. Rays take more steps where it is small.
         by: f32 => within(1e-4, 1.0),

@@ -18,11 +18,11 @@ impl Scene {
             .iter()
             .fold(Aabb::EMPTY, |all, &id| all.union(bounds_of(id)));
         let entry = |id: NodeId| self.node(id).at_current_time();
-        let alike = match before[..] {
+        let is_similar = match before[..] {
             [only] => copies_apart(entry(only), entry(node)),
             _ => None,
         };
-        alike
+        is_similar
             .unwrap_or_else(|| finite_diagonal(others.union(whole)))
             .max(1e-6)
     }
@@ -89,10 +89,10 @@ fn copies_apart(a: &NodeDesc, b: &NodeDesc) -> Option<f32> {
     let (NodeKind::Shape(one), NodeKind::Shape(other)) = (&a.kind, &b.kind) else {
         return None;
     };
-    let is_placed_alike = a.operator.kind == OperatorKind::Union
+    let is_placed_is_similar = a.operator.kind == OperatorKind::Union
         && a.modifiers == b.modifiers
         && a.modifiers.iter().all(|m| m.affine().is_some());
-    if !is_placed_alike {
+    if !is_placed_is_similar {
         return None;
     }
     let apart = |a: f32, b: f32| {

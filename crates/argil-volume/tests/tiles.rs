@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 const WORLD: [u8; 32] = [7; 32];
 
-/// Ground with noise, a polished ball that blends into it, and a ring of posts.
+/// Ground with noise, a polished sphere that blends into it, and a ring of posts.
 fn scene() -> Scene {
     let mut scene = Scene::new();
     let mut material = |name: &str, color| {
@@ -33,10 +33,10 @@ fn scene() -> Scene {
     };
     let ground = Brush::new(Shape::cuboid([2.0, 0.2, 2.0])).with_material("soil");
     scene.push(ground.with_modifier(rough)).expect("ground");
-    let ball = Brush::new(Shape::sphere(0.5)).at([0.3, 0.4, 0.2]);
+    let sphere = Brush::new(Shape::sphere(0.5)).at([0.3, 0.4, 0.2]);
     scene
-        .push(ball.smooth(0.2).with_material("gold"))
-        .expect("a ball");
+        .push(sphere.smooth(0.2).with_material("gold"))
+        .expect("a sphere");
     let post = Brush::new(Shape::cylinder(0.05, 0.5)).at([1.2, 0.5, 0.0]);
     let ring = post.with_modifier(Modifier::RadialRepeat { count: 9 });
     scene.push(ring).expect("posts");
@@ -101,7 +101,7 @@ fn levels_from_tiles_are_those_from_the_field() {
     }
 }
 
-/// Conservative: without a tile, rays see what is coarser, and it is told.
+/// Conservative: without a tile, rays see what is coarser, and the report counts it.
 #[test]
 fn missing_tiles_leave_what_is_coarser() {
     let program = Program::lower(&scene()).expect("a program");

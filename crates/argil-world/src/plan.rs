@@ -208,7 +208,7 @@ impl WorldPlan {
         &self.hash
     }
 
-    /// Returns the hash as it stands in tiles.
+    /// Returns the hash in the form that tiles have.
     pub(crate) fn tile_key(&self) -> [u8; 32] {
         *blake3::hash(self.hash.as_bytes()).as_bytes()
     }

@@ -93,7 +93,7 @@ fn view(inner: &Arc<InMemory>, fault: Fault, scene: &Scene) -> (u64, usize, Vec<
     (done.bricks, stored.problems().len(), image.rgb.clone())
 }
 
-/// Conservative: what cannot be read leaves what is coarser, and is told.
+/// Conservative: what cannot be read leaves what is coarser, and is reported.
 #[test]
 fn what_is_damaged_is_not_seen() {
     let scene = scene();

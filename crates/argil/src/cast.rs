@@ -155,7 +155,7 @@ impl Query<'_> {
         (hit, probe.counts)
     }
 
-    /// Returns how far a ray or a sphere goes until it meets the surface, and whether the field told.
+    /// Returns how far a ray or a sphere goes until it meets the surface, and whether that came from the field.
     pub(crate) fn march(
         &self,
         probe: &mut Probe<'_>,

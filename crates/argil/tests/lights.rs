@@ -202,7 +202,7 @@ fn fog_and_glass_keep_light_together() -> Outcome {
         );
     }
     let furnace = r#""lights": [], "environment": {"type": "color", "radiance": [1, 1, 1]}"#;
-    let ball = |material: &str| {
+    let sphere = |material: &str| {
         format!(r#"{{"shape": {{"type": "sphere", "radius": 0.4}}, "material": "{material}"}}"#)
     };
     let materials = r#", "white": {"base_color": [1, 1, 1], "roughness": 0.5},
@@ -216,7 +216,7 @@ fn fog_and_glass_keep_light_together() -> Outcome {
             format!("{furnace}{fog}"),
             FLOOR.replace("gray", "white"),
         ),
-        ("glass", furnace.to_owned(), ball("glass")),
+        ("glass", furnace.to_owned(), sphere("glass")),
     ] {
         let (light, off) = mean(&still(&scene(&view, materials, &brushes)?, 256)?);
         assert!(
@@ -224,7 +224,7 @@ fn fog_and_glass_keep_light_together() -> Outcome {
             "{what}: {light} ± {off}"
         );
     }
-    let (light, _) = mean(&still(&scene(furnace, materials, &ball("dark"))?, 64)?);
+    let (light, _) = mean(&still(&scene(furnace, materials, &sphere("dark"))?, 64)?);
     assert!(light < 0.95, "{light}");
     Ok(())
 }
@@ -233,10 +233,10 @@ fn fog_and_glass_keep_light_together() -> Outcome {
 #[test]
 fn lenses_blur_and_backgrounds_are_left_out() -> Outcome {
     let lamp = r#", "lamp": {"emission": [1, 1, 1], "base_color": [0, 0, 0], "roughness": 1}"#;
-    let ball = r#"{"shape": {"type": "sphere", "radius": 0.1}, "material": "lamp"}"#;
+    let sphere = r#"{"shape": {"type": "sphere", "radius": 0.1}, "material": "lamp"}"#;
     let lit = |lens: &str| -> Result<usize, Box<dyn std::error::Error>> {
         let view = format!(r#""lights": [], {BLACK} {lens}"#);
-        let light = still(&scene(&view, lamp, ball)?, 64)?.radiance();
+        let light = still(&scene(&view, lamp, sphere)?, 64)?.radiance();
         Ok(light.iter().filter(|own| own[1] > 0.02).count())
     };
     let sharp = lit("")?;
@@ -248,7 +248,7 @@ fn lenses_blur_and_backgrounds_are_left_out() -> Outcome {
     );
 
     let world = Engine::cpu()
-        .build(&scene(r#""lights": []"#, lamp, ball)?)?
+        .build(&scene(r#""lights": []"#, lamp, sphere)?)?
         .field();
     let settings = world.render_settings([24, 24], RenderMode::Shaded);
     let options = StillOptions {

@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Light goes both ways alike, and the density's integral is at most 1.
+    /// As much light goes both ways, and the density's integral is at most 1.
     #[test]
     fn lobes_are_symmetric_and_densities_are_whole() {
         let direction = |index: u32| cosine_direction(Sampler::new(9, index).pair());

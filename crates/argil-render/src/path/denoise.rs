@@ -1,7 +1,7 @@
 //! Removes noise.
 //!
 //! *Theory.* Light without the surfaces' colors is smooth, except at edges of surfaces and shadows. Wavelets with holes average it
-//! over wider and wider squares, where normals, distances and the light itself are alike (Dammertz et al., "Edge-avoiding
+//! over wider and wider squares, where normals, distances and the light itself are similar (Dammertz et al., "Edge-avoiding
 //! à-trous wavelet transform for fast global illumination filtering", 2010). How far light may differ follows from how noisy it is
 //! (Schied et al., "Spatiotemporal variance-guided filtering", 2017).
 

@@ -209,7 +209,7 @@ impl BitWriter {
         self.count = sum & 63;
     }
 
-    /// Returns all bytes, and begins anew.
+    /// Returns all bytes, and starts over.
     #[inline(always)]
     fn finish(&mut self) -> &[u8] {
         // The last word is there, but for bits behind a full one.
