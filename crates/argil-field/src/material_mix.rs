@@ -146,3 +146,77 @@ fn marks_of<R: Real>(
         drop_b: bits_of(&drop_b),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Evaluator, Program};
+    use argil_abi::GpuMaterial;
+    use argil_scene::Scene;
+
+    /// Red, green and blue solids in groups, in loops, and blended. `glass` makes materials longer.
+    fn colors(glass: &str, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let sphere = |color: &str, x: f32, more: &str| {
+            format!(
+                r#"{{"shape": {{"type": "sphere", "radius": 0.4}}, "material": "{color}" {more},
+                "modifiers": [{{"type": "translate", "by": [{x}, 0, 0]}}]}}"#
+            )
+        };
+        let group = |items: &[String], more: &str| {
+            format!(r#"{{"brushes": [{}] {more}}}"#, items.join(","))
+        };
+        let smooth = r#", "blend": 0.4"#;
+        let apart =
+            r#", "modifiers": [{"type": "repeat", "spacing": [0, 0, 3], "count": [1, 1, 3]}]"#;
+        let inner = group(&[sphere("green", 1.0, ""), sphere("blue", 2.0, "")], "");
+        let blended = group(
+            &[sphere("red", 4.7, ""), sphere("blue", 5.3, smooth)],
+            smooth,
+        );
+        let all = group(&[sphere("red", 0.0, ""), inner, blended], apart);
+        // A group before another, which it cuts.
+        let cut =
+            r#", "operator": "subtract", "modifiers": [{"type": "translate", "by": [0, 0.4, 0]}]"#;
+        let cutter = group(&[sphere("green", 2.0, ""), sphere("red", 9.0, "")], cut);
+        let text = format!(
+            r#"{{"argil": 1, "materials": {{"red": {{"base_color": [1, 0, 0] {glass}}}, "green": {{"base_color": [0, 1, 0]}},
+            "blue": {{"base_color": [0, 0, 1]}}}}, "brushes": [{all}, {cutter}]}}"#
+        );
+        let scene = Scene::from_json(&text, "test").unwrap_or_else(|error| panic!("{error}"));
+        let program = Program::lower(&scene).expect("a program");
+        let mut evaluator = Evaluator::new(&program);
+        let of = |p: &[f32; 3]| {
+            let (mut d, mut found) = ([0.0], [GpuMaterial::default()]);
+            evaluator.materials(&[p[0]], &[p[1]], &[p[2]], &mut d, &mut found);
+            let [r, g, b, _] = found[0].base_roughness;
+            [r, g, b]
+        };
+        points.iter().map(of).collect()
+    }
+
+    #[test]
+    fn materials_are_those_of_the_solids() {
+        let (red, green, blue) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        let cases = [
+            ([0.0, -0.4, 0.0], red),
+            ([1.0, -0.4, 0.0], green),
+            ([2.0, -0.4, 0.0], blue),
+            // In the hollow of the cut, whose group has no material of its own.
+            ([2.0, 0.001, 0.0], blue),
+            // Other copies.
+            ([1.0, 0.4, 3.0], green),
+            ([2.0, 0.4, -3.0], blue),
+            // Blended: at both ends, and in the middle.
+            ([4.3, 0.0, 0.0], red),
+            ([5.7, 0.0, 3.0], blue),
+            ([5.0, 0.3, 0.0], [0.5, 0.0, 0.5]),
+        ];
+        let points = cases.map(|(point, _)| point);
+        for glass in ["", r#", "transmission": 1"#] {
+            for ((point, expected), found) in cases.iter().zip(colors(glass, &points)) {
+                let apart = (0..3).map(|k| (found[k] - expected[k]).abs());
+                let apart = apart.fold(0.0, f32::max);
+                assert!(apart < 0.02, "{point:?}: {found:?}, expected {expected:?}");
+            }
+        }
+    }
+}

@@ -167,6 +167,23 @@ fn images_around_a_scene_shine() -> Outcome {
     let sun = format!(
         r#""lights": [{{"type": "sun", "direction_degrees": [{azimuth}, {elevation}], "irradiance": [{irradiance}, {irradiance}, {irradiance}]}}], {BLACK}"#
     );
+    // In fog, too, where light is scattered forward.
+    let fog = argil::scene::Fog {
+        density: 0.4,
+        anisotropy: 0.5,
+        ..argil::scene::Fog::default()
+    };
+    let foggy = |mut scene: Scene| {
+        scene.view.fog = Some(fog);
+        still(&scene, 128)
+    };
+    let mut around = scene(
+        r#""lights": [], "environment": {"type": "image", "path": "a.hdr"}"#,
+        "",
+        FLOOR,
+    )?;
+    around.set_image("a.hdr", &Arc::new(even([0.8, 0.7, 0.6])));
+    assert_same("fog", &foggy(plain)?, &foggy(around)?, 0.01);
     assert_same(
         "spot",
         &with_image(image)?,

@@ -79,6 +79,19 @@ mod tests {
             / (brewster + (brewster.sin() / 1.5).asin()).sin())
         .powi(2);
         assert!((fresnel(brewster.cos(), 1.0 / 1.5).0 - 0.5 * s).abs() < 1e-5);
+        // As many paths are reflected as light is.
+        let (count, grazing) = (4096u32, Vec3::new(0.96, 0.0, 0.28));
+        let reflects = |nth: &u32| {
+            let choice = (*nth as f32 + 0.5) / count as f32;
+            let found = sample(Vec3::Z, grazing, 0.0, 1.0 / 1.5, choice, [0.1, 0.1]);
+            found.is_some_and(|found| !found.is_through)
+        };
+        let share = (0..count).filter(reflects).count() as f32 / count as f32;
+        let expected = fresnel(grazing.z, 1.0 / 1.5).0;
+        assert!(
+            (share - expected).abs() < 0.002 && expected > 0.1,
+            "{share} {expected}"
+        );
         let toward = Vec3::new(0.6, 0.0, 0.8);
         let through = sample(Vec3::Z, toward, 0.0, 1.0 / 1.5, 0.99, [0.1, 0.1]);
         let through = through.expect("a direction");
