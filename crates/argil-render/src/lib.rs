@@ -80,6 +80,7 @@ pub mod wgsl {
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light_levels.wgsl"),
         include_str!("bricks/light.wgsl"),
+        include_str!("bricks/stored_material.wgsl"),
         include_str!("bricks/deferred.wgsl"),
         include_str!("bricks/cones.wgsl"),
         include_str!("bricks/sun_cones.wgsl"),
@@ -116,5 +117,5 @@ pub mod wgsl {
     /// Converts colors to bytes, and counts, for a module of its own.
     pub const RESOLVE_SAMPLES: &str = include_str!("resolve_samples.wgsl");
     /// Light and colors.
-    pub const SHADE: &str = include_str!("shade.wgsl");
+    pub const SHADE: &str = concat!(include_str!("background.wgsl"), include_str!("shade.wgsl"));
 }

@@ -2,8 +2,6 @@
 //
 // *Length.* One pass, whose functions no other pass uses.
 
-const PI: f32 = 3.1415927;
-
 fn tap_height(radius: f32, tap: u32) -> f32 {
     let step = f32(tap + 1u) / f32(OCCLUSION_TAPS);
     return radius * 0.16 * step * step;
@@ -71,18 +69,6 @@ fn march_to_sun(origin: vec3<f32>, begin: vec2<f32>, end: f32, length: f32, step
         }
     }
     return vec2(share, t);
-}
-
-fn sky(direction: vec3<f32>) -> vec3<f32> {
-    let up = direction.y;
-    let above = mix(HORIZON, ZENITH, sqrt(max(up, 0.0)));
-    let below = mix(HORIZON, NADIR, clamp(-up * 4.0, 0.0, 1.0));
-    let base = select(below, above, up >= 0.0);
-    let below_horizon = select(base, HORIZON, frame.has_ground != 0u && up < 0.0);
-    let glow = max(dot(direction, frame.sun), 0.0);
-    let glow2 = glow * glow;
-    let glow8 = glow2 * glow2 * glow2 * glow2;
-    return below_horizon + vec3(0.25, 0.18, 0.08) * (glow8 * glow8);
 }
 
 fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
@@ -165,13 +151,6 @@ fn heat(steps: u32) -> vec3<f32> {
         clamp(s, 0.0, 1.0) - clamp(s - 2.0, 0.0, 1.0),
         clamp(1.0 - s, 0.0, 1.0),
     );
-}
-
-// Whether the volume has no material for the last surface.
-var<private> lacks_material: bool;
-
-fn ground_material() -> GpuMaterial {
-    return GpuMaterial(vec4(0.46, 0.45, 0.43, 0.9), vec4(0.0));
 }
 
 fn material_of(ray: Ray, hit: Hit) -> GpuMaterial {
