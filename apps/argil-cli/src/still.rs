@@ -6,7 +6,7 @@ use crate::{input, output};
 use anyhow::{Context, bail, ensure};
 use argil::math::Control;
 use argil::render::{Development, RenderMode, StillOptions, denoised, developed};
-use argil::{Backend, save_png};
+use argil::save_png;
 use image::{DynamicImage, ImageFormat, Rgb32FImage, Rgba32FImage, RgbaImage};
 use serde_json::json;
 use std::io::Write;
@@ -46,12 +46,11 @@ pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
         ("--show", options.show != RenderMode::Shaded),
         ("--specialize", options.specialize),
         ("--normals", options.normals.is_some()),
-        ("--device gpu", options.on.device == Backend::Gpu),
     ];
     let found = of_direct.iter().find(|(_, is_given)| *is_given);
     ensure!(
         found.is_none(),
-        "{}: --integrator path makes a shaded still on the CPU: omit it",
+        "{}: --integrator path makes a shaded still: omit it",
         found.map_or("", |(flag, _)| flag)
     );
     Ok(())
@@ -71,12 +70,9 @@ fn still_options(own: &StillArgs) -> StillOptions {
 pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let path = picture_path(options)?;
     output::check_place(&path, &options.scene)?;
-    let on = crate::args::DeviceArgs {
-        device: Backend::Cpu,
-        ..options.on
-    };
+    let on = &options.on;
     let control = crate::progress::control();
-    let engine = input::engine(&on)?.with_control(&control);
+    let engine = input::engine(on)?.with_control(&control);
     let start = Instant::now();
     let (_, mut world) = input::world(
         &options.scene,

@@ -16,7 +16,7 @@ pub(crate) enum Integrator {
 /// Rays per pixel, and path tracing.
 #[derive(Args)]
 pub(crate) struct StillArgs {
-    /// How light is found: path traces a still, on the CPU, through the field, bricks or a dense volume. Ctrl-C writes what is there
+    /// How light is found: path traces a still, through the field, bricks or a dense volume. Ctrl-C writes what is there
     #[arg(long, value_enum, default_value_t = Integrator::Direct)]
     pub integrator: Integrator,
     /// Rays per pixel, at most 64, or paths, at most 1048576 [default: 4 for shaded images, 64 paths, else 1]

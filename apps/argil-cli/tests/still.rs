@@ -48,8 +48,8 @@ fn flags_that_mean_nothing_are_refused() {
         &["--samples", "65"],
         &["--integrator", "path", "--frames", "3"],
         &["--integrator", "path", "--show", "normal"],
-        &["--integrator", "path", "--device", "gpu"],
         &["--integrator", "path", "--via", "octree"],
+        &["--integrator", "path", "--via", "octree", "--device", "gpu"],
     ] {
         let asked = [&["render", &csg, "-o", "/nowhere/x.png"], flags].concat();
         fails(&asked, 1, "");

@@ -130,6 +130,29 @@ const BIND_COUNTS: u32 = 40u;
 const BIND_FEEDBACK: u32 = 41u;
 const BIND_LIGHT_WORDS: u32 = 42u;
 const BIND_LIGHT_STORED: u32 = 43u;
+const BIND_PATHS: u32 = 44u;
+const BIND_PATH_STATES: u32 = 45u;
+const BIND_PATH_PIXELS: u32 = 46u;
+const BIND_PATH_TABLES: u32 = 47u;
+const BIND_ENVIRONMENT: u32 = 48u;
+const PATH_NEW: u32 = 0u;
+const PATH_SHADOW: u32 = 1u;
+const PATH_RAY: u32 = 2u;
+const PATH_MET: u32 = 3u;
+const PATH_INSIDE: u32 = 4u;
+const PATH_MISSED: u32 = 5u;
+const PATH_ENDED: u32 = 6u;
+const PATH_DONE: u32 = 7u;
+const PATH_STEPS: u32 = 4096u;
+const CERTAIN_BOUNCES: u32 = 3u;
+const ALBEDO_SIDE: u32 = 32u;
+const LIGHT_SUN: u32 = 0u;
+const LIGHT_SPHERE: u32 = 1u;
+const LIGHT_RECTANGLE: u32 = 2u;
+const LIGHT_ENVIRONMENT: u32 = 3u;
+const BACKGROUND_SKY: u32 = 0u;
+const BACKGROUND_EVEN: u32 = 1u;
+const BACKGROUND_IMAGE: u32 = 2u;
 const FAR: f32 = 1e30;
 const WORLD_LIMIT: f32 = 10000000.0;
 const WRAP_TRUSTED: f32 = 0.75;
@@ -413,4 +436,78 @@ struct OctreeNode {
     child_offset: u32,
     valid_mask: u32,
     leaf_mask: u32,
+}
+struct PathUniform {
+    even: vec3<f32>,
+    background: u32,
+    fog_albedo: vec3<f32>,
+    fog_density: f32,
+    fog_falloff: f32,
+    fog_height: f32,
+    fog_anisotropy: f32,
+    clamp: f32,
+    environment_strength: f32,
+    environment_turn: f32,
+    environment_width: u32,
+    environment_height: u32,
+    lens_radius: f32,
+    lens_focus: f32,
+    epsilon: f32,
+    lift: f32,
+    normal_step: f32,
+    least_step: f32,
+    bump_step: f32,
+    light_count: u32,
+    albedo_at: u32,
+    rows_at: u32,
+    extras_at: u32,
+    is_stored: u32,
+    max_bounces: u32,
+    sample_count: u32,
+    first_sample: u32,
+    step_count: u32,
+    first_pixel: u32,
+    pixel_count: u32,
+    is_transparent: u32,
+    pad0: u32,
+}
+struct PathState {
+    origin: vec3<f32>,
+    density: f32,
+    direction: vec3<f32>,
+    bounce: u32,
+    carried: vec3<f32>,
+    phase: u32,
+    absorption: vec3<f32>,
+    is_inside: u32,
+    shadow_origin: vec3<f32>,
+    shadow_reach: f32,
+    shadow_direction: vec3<f32>,
+    ends: u32,
+    arrives: vec3<f32>,
+    t: f32,
+    light: vec3<f32>,
+    reach: f32,
+    albedo: vec3<f32>,
+    distance: f32,
+    normal: vec3<f32>,
+    covered: f32,
+    opacity: f32,
+    side: f32,
+    steps: u32,
+    index: u32,
+    seed: u32,
+    pair: u32,
+    pad0: u32,
+    pad1: u32,
+}
+struct PathPixel {
+    light: vec3<f32>,
+    count: u32,
+    squares: vec3<f32>,
+    covered: f32,
+    albedo: vec3<f32>,
+    distance: f32,
+    normal: vec3<f32>,
+    opacity: f32,
 }

@@ -91,4 +91,14 @@ constants! { BINDINGS:
     BIND_LIGHT_WORDS = 42;
     /// Light: the bricks of coarse levels.
     BIND_LIGHT_STORED = 43;
+    /// The uniform of path tracing.
+    BIND_PATHS = 44;
+    /// Paths on their way.
+    BIND_PATH_STATES = 45;
+    /// What the paths of each pixel found.
+    BIND_PATH_PIXELS = 46;
+    /// Lights, and tables of their light.
+    BIND_PATH_TABLES = 47;
+    /// The image behind everything.
+    BIND_ENVIRONMENT = 48;
 }

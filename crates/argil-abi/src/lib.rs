@@ -4,6 +4,7 @@ mod bindings;
 mod declare;
 mod layout;
 mod op;
+mod paths;
 mod tables;
 mod tuning;
 mod volumes;
@@ -11,6 +12,7 @@ mod volumes;
 pub use bindings::*;
 pub use layout::StructLayout;
 pub use op::*;
+pub use paths::*;
 pub use tables::*;
 pub use tuning::*;
 pub use volumes::*;
@@ -21,6 +23,7 @@ pub fn wgsl() -> String {
     text += &declare::constants_text(op::OPCODES);
     text += &declare::constants_text(op::FLAGS);
     text += &declare::constants_text(bindings::BINDINGS);
+    text += &declare::constants_text(paths::PATHS);
     text.extend(
         tuning::NUMBERS
             .iter()

@@ -2,6 +2,7 @@
 
 use crate::declare::shared_struct;
 use crate::layout::StructLayout;
+use crate::paths::{PathPixel, PathState, PathUniform};
 use crate::volumes::{
     BrickBuildUniform, BrickUniform, CellTable, DenseUniform, LevelsUniform, OctreeUniform,
 };
@@ -259,4 +260,7 @@ pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
     (PruneUniform::LAYOUT, PruneUniform::FIELD_TYPES),
     (MarchingUniform::LAYOUT, MarchingUniform::FIELD_TYPES),
     (OctreeNode::LAYOUT, OctreeNode::FIELD_TYPES),
+    (PathUniform::LAYOUT, PathUniform::FIELD_TYPES),
+    (PathState::LAYOUT, PathState::FIELD_TYPES),
+    (PathPixel::LAYOUT, PathPixel::FIELD_TYPES),
 ];

@@ -51,7 +51,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
     var point = at;
     texture_place = at;
     var acc = FAR;
-    field_material = materials[0];
+    field_material = materials[material_shift];
     var pc = 0u;
     while pc < list_length() {
         let own = listed(pc);

@@ -90,6 +90,19 @@ impl MaterialTable {
         all
     }
 
+    /// Returns extras in the form of entries: see [`Program::material_extras`](crate::Program::material_extras).
+    pub(crate) fn extras_as_entries(&self) -> Vec<GpuMaterial> {
+        if !self.has_glass && self.bump_step == 0.0 {
+            return Vec::new();
+        }
+        let own = self.entries.iter().zip(&self.extras);
+        own.map(|(entry, &extras)| GpuMaterial {
+            base_roughness: extras,
+            emission_metallic: [0.0, 0.0, 0.0, entry.emission_metallic[3]],
+        })
+        .collect()
+    }
+
     /// Returns how many properties differ between materials, of 8 or 12.
     #[inline]
     pub(crate) fn properties(&self) -> usize {

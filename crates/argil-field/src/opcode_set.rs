@@ -65,6 +65,7 @@ impl OpcodeSet {
 
     fn interpreter(self) -> String {
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| self.contains(op));
+        text += MATERIAL_SHIFT;
         text += if self.is_superset(Self::TEXTURED) {
             TEXTURES
         } else {
@@ -106,6 +107,12 @@ pub(crate) const TEXTURES: &str = concat!(
 /// What stands for `textures.wgsl` where no material has any.
 pub(crate) const PLAIN_MATERIALS: &str = "
 fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> GpuMaterial {
-    return materials[instr.operand];
+    return materials[material_shift + instr.operand];
 }
+";
+
+/// Where materials begin in their table. Passes that need what materials have besides the words of an entry set it to a second
+/// list of them: see [`Program::material_extras`].
+pub(crate) const MATERIAL_SHIFT: &str = "
+var<private> material_shift: u32;
 ";

@@ -99,6 +99,13 @@ impl Program {
         &self.materials.entries
     }
 
+    /// Returns what each material has besides an entry of [`Program::material_table`], as shaders read it: as a base color
+    /// transmission, the index of refraction and 1 / attenuation distance, as a roughness a height of 0, and its metalness. Empty
+    /// if no material has glass or heights.
+    pub fn material_extras(&self) -> Vec<GpuMaterial> {
+        self.materials.extras_as_entries()
+    }
+
     /// Returns whether a material has textures.
     pub fn has_textures(&self) -> bool {
         self.materials.entries.len() > self.materials.materials

@@ -4,7 +4,7 @@
 //! instructions, the selection by opcode and the stacks disappear.
 
 use crate::dispatch::{wgsl_dispatch, wgsl_function};
-use crate::opcode_set::{PLAIN_MATERIALS, TEXTURES};
+use crate::opcode_set::{MATERIAL_SHIFT, PLAIN_MATERIALS, TEXTURES};
 use crate::{OpcodeSet, Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
@@ -15,8 +15,9 @@ const MAX_INSTRUCTIONS: usize = 4096;
 impl Program {
     /// Returns the twin of [`crate::OpcodeSet::wgsl`] for this program alone, or `None` if it is too long.
     pub fn specialized_wgsl(&self) -> Option<String> {
-        (self.instructions.len() <= MAX_INSTRUCTIONS)
-            .then(|| WGSL_COMMON.to_owned() + &self.material_wgsl() + &write_field(self))
+        (self.instructions.len() <= MAX_INSTRUCTIONS).then(|| {
+            WGSL_COMMON.to_owned() + MATERIAL_SHIFT + &self.material_wgsl() + &write_field(self)
+        })
     }
 }
 
@@ -51,12 +52,12 @@ fn write_field(program: &Program) -> String {
         "var<private> field_material: GpuMaterial;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n",
     );
     for i in 0..=program.value_slots {
-        text += &format!("    var a{i} = FAR;\n    var m{i} = materials[0];\n");
+        text += &format!("    var a{i} = FAR;\n    var m{i} = materials[material_shift];\n");
     }
     for i in 0..=program.point_slots {
         text += &format!("    var p{i} = at;\n");
     }
-    text += "    field_material = materials[0];\n";
+    text += "    field_material = materials[material_shift];\n";
     text += "    if !(is_in_world(at.x) && is_in_world(at.y) && is_in_world(at.z)) {\n        return FAR;\n    }\n";
     text += &body;
     text += "    return a0;\n}\n\n";

@@ -71,7 +71,7 @@ fn texture_normal(op: u32, p: vec3<f32>, own: u32, step: f32) -> vec3<f32> {
 
 // Returns a brush's material at a point of the scene, and of its shape.
 fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> GpuMaterial {
-    var material = materials[instr.operand];
+    var material = materials[material_shift + instr.operand];
     let record = 8u * (instr.flags >> TEXTURES_SHIFT);
     if record == 0u {
         return material;
@@ -92,8 +92,9 @@ fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> 
     let in_scene = vec3(params[w], params[w + 1u], params[w + 2u]) * normal.x
         + vec3(params[w + 4u], params[w + 5u], params[w + 6u]) * normal.y
         + vec3(params[w + 8u], params[w + 9u], params[w + 10u]) * normal.z;
-    // Heights turn normals where pictures are traced along paths only.
-    for (var channel = 0u; channel < 3u; channel++) {
+    // In the list of what materials have besides, the last number of the first four is a height.
+    let is_besides = material_shift > 0u;
+    for (var channel = select(0u, 2u, is_besides); channel < select(3u, 4u, is_besides); channel++) {
         let texture = 8u * u32(texture_word(record + channel));
         if texture == 0u {
             continue;
@@ -106,7 +107,7 @@ fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> 
             continue;
         }
         let gray = mix(low.x, high.x, dot(value, vec3(0.2126, 0.7152, 0.0722)));
-        if channel == 1u {
+        if channel == 1u || channel == 3u {
             material.base_roughness.w = gray;
         } else {
             material.emission_metallic.w = gray;

@@ -7,17 +7,19 @@ pub(crate) use argil_abi::{
     BIND_ANSWERS as ANSWERS, BIND_ARGUMENTS as ARGUMENTS, BIND_BRICK_MATERIALS as BRICK_MATERIALS,
     BIND_CANDIDATES as CANDIDATES, BIND_CASES as CASES, BIND_CELLS as CELLS,
     BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS,
-    BIND_COUNTS as COUNTS, BIND_EDGE_ROWS as EDGE_ROWS, BIND_FEEDBACK as FEEDBACK,
-    BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS, BIND_INSTRS as INSTRS,
-    BIND_KEYS as KEYS, BIND_LIGHT_STORED as LIGHT_STORED, BIND_LIGHT_WORDS as LIGHT_WORDS,
-    BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_MARCHING as MARCHING,
-    BIND_MATERIALS as MATERIALS, BIND_NODES as NODES, BIND_OCCUPIED as OCCUPIED,
-    BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL, BIND_OWNERS as OWNERS,
-    BIND_PARAMS as PARAMS, BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES,
-    BIND_RASTER as DRAWN, BIND_REQUESTS as LIVE, BIND_SPANS as SPANS, BIND_STORED as STORED,
-    BIND_TEXELS as TEXELS, BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES,
-    BIND_UNINDEXED as UNINDEXED, BIND_UNIT_GROUPS as UNIT_GROUPS, BIND_UNITS as UNITS,
-    BIND_VERTICES as VERTICES, BIND_VOLUME as VOLUME,
+    BIND_COUNTS as COUNTS, BIND_EDGE_ROWS as EDGE_ROWS, BIND_ENVIRONMENT as ENVIRONMENT,
+    BIND_FEEDBACK as FEEDBACK, BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS,
+    BIND_INSTRS as INSTRS, BIND_KEYS as KEYS, BIND_LIGHT_STORED as LIGHT_STORED,
+    BIND_LIGHT_WORDS as LIGHT_WORDS, BIND_LINEAR as LINEAR, BIND_LISTS as LISTS,
+    BIND_MARCHING as MARCHING, BIND_MATERIALS as MATERIALS, BIND_NODES as NODES,
+    BIND_OCCUPIED as OCCUPIED, BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL,
+    BIND_OWNERS as OWNERS, BIND_PARAMS as PARAMS, BIND_PATH_PIXELS as PATH_PIXELS,
+    BIND_PATH_STATES as PATH_STATES, BIND_PATH_TABLES as PATH_TABLES, BIND_PATHS as PATHS,
+    BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES, BIND_RASTER as DRAWN,
+    BIND_REQUESTS as LIVE, BIND_SPANS as SPANS, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
+    BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES, BIND_UNINDEXED as UNINDEXED,
+    BIND_UNIT_GROUPS as UNIT_GROUPS, BIND_UNITS as UNITS, BIND_VERTICES as VERTICES,
+    BIND_VOLUME as VOLUME,
 };
 
 pub(crate) const TABLES_WGSL: &str = "
@@ -89,6 +91,37 @@ struct Live {
 pub(crate) const DRAWN_WGSL: &str = "
 @group(0) @binding(BIND_RASTER) var drawn: texture_2d<f32>;
 ";
+
+/// Paths of light.
+pub(crate) const PATHS_WGSL: &str = "
+@group(0) @binding(BIND_PATHS) var<uniform> paths: PathUniform;
+@group(0) @binding(BIND_PATH_STATES) var<storage, read_write> states: array<PathState>;
+@group(0) @binding(BIND_PATH_TABLES) var<storage, read> path_tables: array<vec4<f32>>;
+@group(0) @binding(BIND_ENVIRONMENT) var environment: texture_2d<f32>;
+// The number of pixels all of whose paths ended, and what those found.
+struct PathPixels {
+    finished: atomic<u32>,
+    rows: array<PathPixel>,
+}
+@group(0) @binding(BIND_PATH_PIXELS) var<storage, read_write> pixels: PathPixels;
+";
+
+impl Bind {
+    /// Returns the number of the binding.
+    pub(crate) fn place(self) -> u32 {
+        match self {
+            Self::Uniform(at)
+            | Self::Uniforms(at)
+            | Self::Read(at)
+            | Self::Write(at)
+            | Self::Texture(at)
+            | Self::Filter(at)
+            | Self::Picture(at)
+            | Self::Words(at)
+            | Self::Target(at, _) => at,
+        }
+    }
+}
 
 /// How a shader uses a binding.
 #[derive(Clone, Copy, Debug)]

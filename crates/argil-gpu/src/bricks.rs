@@ -29,7 +29,7 @@ use crate::bindings::{
 };
 use crate::resources::extent;
 use crate::storage_buffer::StorageBuffer;
-use crate::trace_mode::{BoundResource, TraceMode};
+use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
@@ -70,6 +70,17 @@ macro_rules! way {
             constants: $constants,
             draws: false,
             is_exact: false,
+            paths: Some(PathMode {
+                name: concat!("paths through ", $name),
+                wgsl: argil_render::wgsl::BRICK_PATHS,
+                binds: &[
+                    Bind::Uniform(VOLUME),
+                    Bind::Texture(STORED),
+                    Bind::Filter(LINEAR),
+                    Bind::Read(CELLS),
+                    Bind::Read(BRICK_MATERIALS),
+                ],
+            }),
             has_cones: true,
         }
     };

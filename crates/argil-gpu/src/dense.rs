@@ -6,7 +6,7 @@ use crate::bindings::{
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texel_format::TexelFormat;
-use crate::trace_mode::{TraceMode, VOLUME_BINDS};
+use crate::trace_mode::{PathMode, TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
@@ -40,6 +40,11 @@ static DENSE: TraceMode = TraceMode {
     constants: &[],
     draws: false,
     is_exact: false,
+    paths: Some(PathMode {
+        name: "paths through dense",
+        wgsl: wgsl::DENSE_PATHS,
+        binds: &VOLUME_BINDS,
+    }),
     has_cones: false,
 };
 

@@ -93,6 +93,24 @@ pub enum GpuError {
         /// The limit.
         limit: u64,
     },
+    /// Paths of light do not pass through a representation.
+    #[error("paths pass through the field, bricks and dense volumes, and not through {name}")]
+    NoPaths {
+        /// Name of the representation.
+        name: &'static str,
+    },
+    /// An image exceeds the maximum size of a texture.
+    #[error(
+        "{name}: the environment's image has {pixels} pixels along a side, and textures have at most {limit}: use the CPU or a smaller image"
+    )]
+    WideImage {
+        /// Name of the adapter.
+        name: String,
+        /// Pixels along the longer side.
+        pixels: u32,
+        /// The limit.
+        limit: u32,
+    },
     /// The program is too long to be written out as a shader.
     #[error("the scene has too many brushes for a specialized shader: use the interpreter")]
     TooLongToSpecialize,

@@ -57,6 +57,7 @@ static LEVELS: TraceMode = TraceMode {
     constants: &[],
     draws: false,
     is_exact: false,
+    paths: None,
     has_cones: true,
 };
 

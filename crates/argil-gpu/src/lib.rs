@@ -33,6 +33,10 @@ mod octree;
 #[cfg(feature = "device")]
 mod pass_recorder;
 #[cfg(feature = "device")]
+mod path_buffers;
+#[cfg(feature = "device")]
+mod paths;
+#[cfg(feature = "device")]
 mod program;
 #[cfg(feature = "device")]
 mod query;
@@ -62,6 +66,7 @@ mod work;
 #[cfg(feature = "device")]
 pub use {
     device::{Gpu, devices},
+    path_buffers::PathWork,
     program::GpuProgram,
     raster::GpuMesh,
     volume::GpuVolume,
@@ -70,4 +75,4 @@ pub use {
 #[cfg(not(feature = "device"))]
 mod no_device;
 #[cfg(not(feature = "device"))]
-pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, devices};
+pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, PathWork, devices};

@@ -3,8 +3,9 @@
 use crate::{BrickOrdering, DenseFill, DeviceInfo, GpuError, StageTimings, SurfaceOptions};
 use argil_abi::FrameUniform;
 use argil_field::{IncrementalProgram, Program};
+use argil_math::Control;
 use argil_mesh::Mesh;
-use argil_render::{RenderOutput, Triangles};
+use argil_render::{PathTables, RenderOutput, Still, StillOptions, Triangles};
 use argil_volume::{
     BrickLayout, BrickTest, EditStats, Encoding, Levels, OctreeLayout, PendingEdits, Volume,
     VolumeInfo, VoxelGrid,
@@ -32,6 +33,21 @@ pub enum GpuVolume {}
 /// Triangles on a device.
 #[derive(Debug)]
 pub enum GpuMesh {}
+
+/// What paths are to be traced.
+#[derive(Clone, Copy, Debug)]
+pub struct PathWork<'a> {
+    /// The camera, the size and the ground.
+    pub frame: &'a FrameUniform,
+    /// Lights.
+    pub tables: &'a PathTables,
+    /// The program on the device.
+    pub program: &'a Program,
+    /// How many paths.
+    pub options: &'a StillOptions,
+    /// Cancels the work, and learns of its progress.
+    pub control: &'a Control,
+}
 
 impl Gpu {
     /// Opens the best device.
@@ -108,6 +124,14 @@ impl GpuProgram {
         match *self {}
     }
 
+    /// Adds paths of light to a still.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn trace_paths(&self, _: PathWork<'_>, _: &mut Still) -> Result<(), GpuError> {
+        match *self {}
+    }
+
     /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         match *self {}
@@ -139,6 +163,24 @@ impl GpuVolume {
     /// Never.
     pub async fn upload(field: &GpuProgram, _: &Volume) -> Result<Self, GpuError> {
         match *field {}
+    }
+
+    /// Whether paths of light pass through it.
+    pub fn has_paths(&self) -> bool {
+        match *self {}
+    }
+
+    /// Adds paths of light to a still, through the volume.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn trace_paths(
+        &self,
+        _: &GpuProgram,
+        _: PathWork<'_>,
+        _: &mut Still,
+    ) -> Result<(), GpuError> {
+        match *self {}
     }
 
     /// Returns the levels of detail, of which the device has a copy.

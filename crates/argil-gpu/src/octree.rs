@@ -51,6 +51,7 @@ static OCTREE: TraceMode = TraceMode {
     constants: &[],
     draws: false,
     is_exact: false,
+    paths: None,
     has_cones: false,
 };
 

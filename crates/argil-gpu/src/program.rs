@@ -180,11 +180,16 @@ impl GpuProgram {
         if u64::from(self.budget) >= MIN_BUDGET {
             return Ok(());
         }
-        Err(GpuError::TooLong {
+        Err(self.too_long(MIN_BUDGET))
+    }
+
+    /// Returns the error of a pass that evaluates the field too often.
+    pub(crate) fn too_long(&self, evaluations: u64) -> GpuError {
+        GpuError::TooLong {
             name: self.gpu.info().name.clone(),
             iterations: self.iterations,
-            limit: SOFTWARE_ITERATIONS / MIN_BUDGET,
-        })
+            limit: SOFTWARE_ITERATIONS / evaluations,
+        }
     }
 
     /// Returns passes of a name that evaluate the field, and creates them when first asked for.

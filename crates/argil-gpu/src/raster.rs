@@ -25,6 +25,7 @@ static MESH: TraceMode = TraceMode {
     constants: &[],
     draws: true,
     is_exact: false,
+    paths: None,
     has_cones: false,
 };
 

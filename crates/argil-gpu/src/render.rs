@@ -12,7 +12,7 @@ use crate::frame_stages::{
 };
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
 use crate::resolve::ResolvePass;
-use crate::trace_mode::{BoundResource, TraceMode};
+use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
 use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 const SOFTWARE_STEPS: u32 = 50_000;
 /// Maximum pixels of a frame whose buffers are kept. Larger ones, of over a gigabyte, are freed.
 const MAX_CACHED: u64 = 1 << 24;
-static FIELD: TraceMode = TraceMode {
+pub(crate) static FIELD: TraceMode = TraceMode {
     name: "field",
     march: wgsl::FIELD,
     tables: String::new,
@@ -30,6 +30,11 @@ static FIELD: TraceMode = TraceMode {
     constants: &[],
     draws: false,
     is_exact: true,
+    paths: Some(PathMode {
+        name: "paths through the field",
+        wgsl: wgsl::FIELD_PATHS,
+        binds: &[],
+    }),
     has_cones: false,
 };
 

@@ -20,9 +20,22 @@ pub(crate) struct TraceMode {
     pub draws: bool,
     /// Whether the march evaluates the field, which makes it long.
     pub is_exact: bool,
+    /// How paths of light pass through it, if they can.
+    pub paths: Option<PathMode>,
     /// Whether cones go first, and leave a list of active blocks of pixels. Then hits have normals, and light and
     /// materials come from the volume.
     pub has_cones: bool,
+}
+
+/// How paths of light pass through a representation.
+#[derive(Debug)]
+pub(crate) struct PathMode {
+    /// Unique name.
+    pub name: &'static str,
+    /// WGSL that answers what paths ask, besides [`TraceMode::tables`].
+    pub wgsl: &'static str,
+    /// The bindings that it uses.
+    pub binds: &'static [Bind],
 }
 
 /// A volume's uniform, its texture and a sampler.
@@ -42,6 +55,13 @@ pub(crate) enum BoundResource {
 }
 
 impl BoundResource {
+    /// Returns the number of the binding.
+    pub(crate) fn place(&self) -> u32 {
+        match self {
+            Self::Buffer(at, ..) | Self::View(at, _) | Self::Sampler(at, _) => *at,
+        }
+    }
+
     /// Returns a whole buffer.
     pub(crate) fn buffer(at: u32, buffer: &wgpu::Buffer) -> Self {
         Self::Buffer(at, buffer.clone(), None)

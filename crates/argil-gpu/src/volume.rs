@@ -1,6 +1,7 @@
 //! A volume on the device: what all kinds share, and the trait that each implements in its own file.
 
 use crate::frame_extras::FrameExtras;
+use crate::path_buffers::PathWork;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
@@ -9,7 +10,7 @@ use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
-use argil_render::RenderOutput;
+use argil_render::{RenderOutput, Still};
 use argil_volume::{
     BrickLayout, EditStats, Encoding, Levels, PendingEdits, Volume, VolumeInfo, VoxelGrid,
 };
@@ -230,16 +231,7 @@ impl GpuVolume {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
-        let uniform = &self.body.uniform;
-        let gpu = field.gpu();
-        gpu.queue
-            .write_buffer(uniform, 0, &self.kind.uniform(first));
-        let mut bound = vec![
-            BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
-            BoundResource::View(argil_abi::BIND_STORED, self.body.view.clone()),
-            BoundResource::Sampler(argil_abi::BIND_LINEAR, self.body.sampler.clone()),
-        ];
-        self.kind.bind(&mut bound);
+        let bound = self.bound(field.gpu(), first);
         let passes = field.picture(self.kind.way())?;
         let extras = FrameExtras {
             drawing: None,
@@ -248,6 +240,41 @@ impl GpuVolume {
         let drawn = passes.draw(field, bound, extras, frames, with_hits).await?;
         self.kind.note_marks(first, &drawn.marks);
         Ok((drawn.picture, drawn.duration_ms))
+    }
+
+    /// Writes the uniform, and returns what passes are bound to.
+    fn bound(&self, gpu: &Gpu, frame: &FrameUniform) -> Vec<BoundResource> {
+        let uniform = &self.body.uniform;
+        gpu.queue
+            .write_buffer(uniform, 0, &self.kind.uniform(frame));
+        let mut bound = vec![
+            BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
+            BoundResource::View(argil_abi::BIND_STORED, self.body.view.clone()),
+            BoundResource::Sampler(argil_abi::BIND_LINEAR, self.body.sampler.clone()),
+        ];
+        self.kind.bind(&mut bound);
+        bound
+    }
+
+    /// Whether paths of light pass through it.
+    pub fn has_paths(&self) -> bool {
+        self.kind.way().paths.is_some()
+    }
+
+    /// Adds paths of light to a still, through the volume: see [`GpuProgram::trace_paths`].
+    ///
+    /// # Errors
+    /// If paths do not pass through this kind, the device cannot evaluate the field, or it fails.
+    pub async fn trace_paths(
+        &self,
+        field: &GpuProgram,
+        work: PathWork<'_>,
+        still: &mut Still,
+    ) -> Result<(), GpuError> {
+        let bound = self.bound(field.gpu(), work.frame);
+        field
+            .trace_through(self.kind.way(), bound, work, still)
+            .await
     }
 
     /// Returns the levels of detail, of which the device has a copy, or `None` for another kind.

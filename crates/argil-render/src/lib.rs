@@ -37,7 +37,7 @@ pub use light::SHADOW_STEPS;
 pub use live_image::LiveImage;
 pub use path::{
     Development, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
-    PathView, Still, StillOptions, continue_paths, denoised, developed, trace_paths,
+    PathTables, PathView, Still, StillOptions, continue_paths, denoised, developed, trace_paths,
 };
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
@@ -103,6 +103,40 @@ pub mod wgsl {
         include_str!("bricks/cones.wgsl"),
         include_str!("bricks/sun_cones.wgsl"),
         include_str!("bricks/block_light.wgsl")
+    );
+    /// What paths of light ask of the field.
+    pub const FIELD_PATHS: &str = concat!(
+        include_str!("background.wgsl"),
+        include_str!("path/field_scene.wgsl")
+    );
+    /// What paths of light ask of sparse bricks.
+    pub const BRICK_PATHS: &str = concat!(
+        include_str!("background.wgsl"),
+        include_str!("bricks.wgsl"),
+        include_str!("bricks/stored_material.wgsl"),
+        include_str!("path/brick_scene.wgsl")
+    );
+    /// What paths of light ask of a dense volume.
+    pub const DENSE_PATHS: &str = concat!(
+        include_str!("background.wgsl"),
+        include_str!("volume.wgsl"),
+        include_str!("path/dense_scene.wgsl")
+    );
+    /// Paths of light, for one of these: the twins of `path.rs`.
+    pub const PATHS: &str = concat!(
+        include_str!("path/sampler.wgsl"),
+        include_str!("path/bsdf.wgsl"),
+        include_str!("path/fog.wgsl"),
+        include_str!("path/glass.wgsl"),
+        include_str!("path/environment.wgsl"),
+        include_str!("path/emitters.wgsl"),
+        include_str!("path/rectangle.wgsl"),
+        include_str!("path/lights.wgsl"),
+        include_str!("path/surface.wgsl"),
+        include_str!("path/inside.wgsl"),
+        include_str!("path/march.wgsl"),
+        include_str!("path/integrator.wgsl"),
+        include_str!("path/paths.wgsl")
     );
     /// Drawing triangles: `place` and `nearest`, for a module of their own.
     pub const RASTER_DRAW: &str = include_str!("raster_draw.wgsl");

@@ -11,6 +11,7 @@ mod emitters;
 mod environment;
 mod fog;
 mod glass;
+mod gpu_tables;
 mod integrator;
 mod lights;
 mod material;
@@ -22,6 +23,7 @@ mod view;
 
 pub use denoise::denoised;
 pub use develop::{Development, developed};
+pub use gpu_tables::PathTables;
 pub use integrator::{PathHit, PathScene};
 pub use lights::{EnvironmentNotLoaded, PathLights};
 pub use material::PathMaterial;

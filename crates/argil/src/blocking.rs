@@ -4,12 +4,12 @@
 use crate::meshing::{MeshError, MeshOptions, MeshOutput};
 use crate::{
     Backend, BricksOptions, Build, BuildError, DenseOptions, Engine, EngineError, OctreeOptions,
-    RenderError, RenderedImage, Representation, VolumeFileError, World,
+    RenderError, RenderedImage, Representation, StillError, VolumeFileError, World,
 };
 use crate::{EditBudget, EditReport};
 use argil_gpu::DeviceInfo;
 use argil_math::Aabb;
-use argil_render::{Camera, LiveImage, RenderMode, RenderSettings};
+use argil_render::{Camera, LiveImage, RenderMode, RenderSettings, Still, StillOptions};
 use argil_scene::Scene;
 use argil_volume::{EditStats, FillStats};
 use argil_volume::{Volume, VolumeFile, VolumeInfo};
@@ -189,6 +189,53 @@ impl World {
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
         wait(self.render_async(camera, settings))
+    }
+
+    /// Makes a still by path tracing: the field's or the volume's surfaces, lit by the view's lights, its environment, and materials
+    /// that emit light, directly and by way of each other, through its fog and its lens. Work that is canceled returns what is
+    /// there.
+    ///
+    /// Of the settings, the size and the ground count, and the sun's direction, if the view has no lights.
+    ///
+    /// Textures are those of the field at each point, also where a volume stores coarser colors.
+    ///
+    /// # Errors
+    /// If a setting is out of range, paths cannot pass through the representation, or the device fails.
+    ///
+    /// ```
+    /// use argil::prelude::*;
+    /// use argil::render::{Development, StillOptions, developed};
+    /// let mut scene = Scene::new();
+    /// scene.push(Shape::sphere(0.5))?;
+    /// let world = Engine::cpu().build(&scene)?.bricks(64)?;
+    /// let settings = world.render_settings([32, 18], RenderMode::Shaded);
+    /// let options = StillOptions { samples: 4, ..StillOptions::default() };
+    /// let still = world.still(&world.camera(), &settings, &options)?;
+    /// assert_eq!(developed(&still.radiance(), &Development::default()).len(), 3 * 32 * 18);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn still(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        options: &StillOptions,
+    ) -> Result<Still, StillError> {
+        wait(self.still_async(camera, settings, options))
+    }
+
+    /// Adds paths to a still, with the same arguments as before: see [`World::still`]. Of the options, `samples` is how many are added.
+    ///
+    /// # Errors
+    /// If a setting is out of range, the still has another size, paths cannot pass through the representation, or the device
+    /// fails.
+    pub fn refine_still(
+        &self,
+        still: &mut Still,
+        camera: &Camera,
+        settings: &RenderSettings,
+        options: &StillOptions,
+    ) -> Result<(), StillError> {
+        wait(self.refine_still_async(still, camera, settings, options))
     }
 
     /// Draws an image that is kept, after edits. Only the parts that something in `dirty_box` can affect are drawn again:

@@ -96,12 +96,17 @@ impl World {
         Some(Query {
             source: QuerySource::Volume(volume),
             world: self,
-            epsilon: 0.01 * volume.voxel_grid().voxel_size,
+            epsilon: Query::epsilon_of_voxel(volume.voxel_grid().voxel_size),
         })
     }
 }
 
 impl<'a> Query<'a> {
+    /// Returns how near to the surface of a volume a point lies on it.
+    pub(crate) fn epsilon_of_voxel(voxel_size: f32) -> f32 {
+        0.01 * voxel_size
+    }
+
     /// Returns the signed distance at a point, in the scene's unit, negative inside.
     pub fn distance(&self, point: [f32; 3]) -> f32 {
         self.sample(&mut self.probe(), point.into()).0

@@ -2,10 +2,13 @@
 
 use crate::probe::Probe;
 use crate::query::Query;
+use crate::representation::Storage;
 use crate::{MeshFileError, RenderError, Representation, World};
+use argil_abi::FrameUniform;
+use argil_gpu::{GpuProgram, PathWork};
 use argil_render::{
-    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
-    RenderSettings, Still, StillOptions, continue_paths, frame_uniforms,
+    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
+    PathTables, PathView, RenderSettings, Still, StillOptions, continue_paths, frame_uniforms,
 };
 use glam::Vec3;
 use std::path::Path;
@@ -29,51 +32,34 @@ pub enum StillError {
     /// The image of the environment is not loaded.
     #[error(transparent)]
     Environment(#[from] EnvironmentNotLoaded),
-    /// The world is on a GPU.
-    #[error("paths are followed on the CPU, and the world is on a GPU: build it with a CPU engine")]
-    Gpu,
+    /// The device cannot trace the paths.
+    #[error(transparent)]
+    Gpu(#[from] argil_gpu::GpuError),
 }
 
 impl World {
-    /// Makes a still by path tracing: the field's or the volume's surfaces, lit by the view's lights, its environment, and materials
-    /// that emit light, directly and by way of each other, through its fog and its lens. Work that is canceled returns what is
-    /// there.
-    ///
-    /// Of the settings, the size and the ground count, and the sun's direction, if the view has no lights.
-    ///
-    /// Textures are those of the field at each point, also where a volume stores coarser colors.
+    /// Makes a still, as a future: see [`World::still`].
     ///
     /// # Errors
-    /// If a setting is out of range, or paths cannot pass through the representation.
-    ///
-    /// ```
-    /// use argil::prelude::*;
-    /// use argil::render::{Development, StillOptions, developed};
-    /// let mut scene = Scene::new();
-    /// scene.push(Shape::sphere(0.5))?;
-    /// let world = Engine::cpu().build(&scene)?.bricks(64)?;
-    /// let settings = world.render_settings([32, 18], RenderMode::Shaded);
-    /// let options = StillOptions { samples: 4, ..StillOptions::default() };
-    /// let still = world.still(&world.camera(), &settings, &options)?;
-    /// assert_eq!(developed(&still.radiance(), &Development::default()).len(), 3 * 32 * 18);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn still(
+    /// If a setting is out of range, paths cannot pass through the representation, or the device fails.
+    pub async fn still_async(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
         options: &StillOptions,
     ) -> Result<Still, StillError> {
         let mut still = Still::new(settings.size);
-        self.refine_still(&mut still, camera, settings, options)?;
+        self.refine_still_async(&mut still, camera, settings, options)
+            .await?;
         Ok(still)
     }
 
-    /// Adds paths to a still, with the same arguments as before: see [`World::still`]. Of the options, `samples` is how many are added.
+    /// Adds paths to a still, as a future: see [`World::refine_still`].
     ///
     /// # Errors
-    /// If a setting is out of range, the still has another size, or paths cannot pass through the representation.
-    pub fn refine_still(
+    /// If a setting is out of range, the still has another size, paths cannot pass through the representation, or the device
+    /// fails.
+    pub async fn refine_still_async(
         &self,
         still: &mut Still,
         camera: &Camera,
@@ -89,24 +75,7 @@ impl World {
         if still.size() != settings.size {
             return Err(StillError::Size);
         }
-        let fault = |name, value: u32, expected| {
-            let value = f64::from(value);
-            RenderError::Setting {
-                name,
-                value,
-                expected,
-            }
-        };
-        if !(1..=MOST_SAMPLES).contains(&options.samples) {
-            return Err(fault("samples", options.samples, "from 1 to 1048576").into());
-        }
-        if !(1..=MOST_BOUNCES).contains(&options.max_bounces) {
-            return Err(fault("max_bounces", options.max_bounces, "from 1 to 1024").into());
-        }
-        if self.engine.gpu_kind().is_some() {
-            return Err(StillError::Gpu);
-        }
-        let scene = self.paths()?;
+        check(options)?;
         let grid = self.storage.voxel_grid();
         let frames = frame_uniforms(
             &settings,
@@ -124,11 +93,56 @@ impl World {
         });
         let view = PathView {
             lights: PathLights::of_view(view, &frames[0])?,
-            fog: view.fog,
+            fog: view.fog.filter(|fog| fog.density > 0.0),
             lens,
         };
+        if let Some(field) = &self.gpu {
+            return self
+                .trace_on_gpu(field, (&frames[0], &view, options), still)
+                .await;
+        }
+        let scene = self.paths()?;
         let control = &self.engine.control;
         continue_paths(&scene, &view, &frames[0], options, control, still);
+        Ok(())
+    }
+
+    /// Adds paths to a still on the device.
+    async fn trace_on_gpu(
+        &self,
+        field: &GpuProgram,
+        (frame, view, options): (&FrameUniform, &PathView, &StillOptions),
+        still: &mut Still,
+    ) -> Result<(), StillError> {
+        let volume = match &self.storage {
+            Storage::Gpu(volume) if volume.has_paths() => Some(volume),
+            _ if self.representation == Representation::Field => None,
+            _ => return Err(StillError::Representation(self.representation.name())),
+        };
+        field.upload_instructions(|| self.program());
+        let mut tables = PathTables::new(view, options);
+        let voxel = volume.map(|volume| volume.voxel_grid().voxel_size);
+        let own = &mut tables.uniform;
+        own.epsilon = match voxel {
+            Some(voxel) => Query::epsilon_of_voxel(voxel),
+            None => self.query().epsilon,
+        };
+        own.lift = lift_of(own.epsilon);
+        own.least_step = 0.5 * voxel.unwrap_or(0.0);
+        own.normal_step = voxel.map_or(16.0 * own.epsilon, |voxel| 0.5 * voxel);
+        let is_plain = !self.program().has_glass() && !self.program().has_textures();
+        own.is_stored = u32::from(is_plain);
+        let work = PathWork {
+            frame,
+            tables: &tables,
+            program: self.program(),
+            options,
+            control: &self.engine.control,
+        };
+        match volume {
+            Some(volume) => volume.trace_paths(field, work, still).await?,
+            None => field.trace_paths(work, still).await?,
+        }
         Ok(())
     }
 
@@ -145,7 +159,7 @@ impl World {
         crate::load_images(&mut self.scene, folder, allow_external)
     }
 
-    /// Returns what paths pass through.
+    /// Returns what paths on the CPU pass through.
     fn paths(&self) -> Result<Query<'_>, StillError> {
         if self.representation == Representation::Field {
             return Ok(self.query());
@@ -157,6 +171,30 @@ impl World {
         }
         self.query_volume().ok_or(StillError::Representation(name))
     }
+}
+
+/// Checks that options are in range.
+fn check(options: &StillOptions) -> Result<(), RenderError> {
+    let fault = |name, value: u32, expected| {
+        let value = f64::from(value);
+        Err(RenderError::Setting {
+            name,
+            value,
+            expected,
+        })
+    };
+    if !(1..=MOST_SAMPLES).contains(&options.samples) {
+        return fault("samples", options.samples, "from 1 to 1048576");
+    }
+    if !(1..=MOST_BOUNCES).contains(&options.max_bounces) {
+        return fault("max_bounces", options.max_bounces, "from 1 to 1024");
+    }
+    Ok(())
+}
+
+/// Returns how far above a surface rays begin that leave it.
+fn lift_of(epsilon: f32) -> f32 {
+    4.0 * epsilon
 }
 
 impl PathScene for Query<'_> {
@@ -201,7 +239,7 @@ impl PathScene for Query<'_> {
     }
 
     fn lift(&self) -> f32 {
-        4.0 * self.epsilon
+        lift_of(self.epsilon)
     }
 }
 

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use std::sync::LazyLock;
 
 /// Places of a table along the cosine, and along the roughness.
-const SIDE: usize = 32;
+const SIDE: usize = argil_abi::ALBEDO_SIDE as usize;
 /// Samples of a place.
 const SAMPLES: u32 = 1024;
 
@@ -53,6 +53,11 @@ impl AlbedoTables {
             })
             .collect();
         Self { of, means }
+    }
+
+    /// Iterates over the table by roughness and cosine, and then over the means by roughness.
+    pub(super) fn entries(&self) -> impl Iterator<Item = Shares> {
+        self.of.iter().chain(&self.means).copied()
     }
 
     /// Returns the shares at a cosine, and their means over all directions.

@@ -4,6 +4,7 @@
 //! density per solid angle is d² / (area · cosine) (Shirley et al., "Monte Carlo techniques for direct lighting calculations",
 //! 1996).
 
+use argil_abi as abi;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -63,6 +64,22 @@ const LEAST_RADIUS: f32 = 1e-5;
 impl SphereLight {
     fn share(&self, away: Vec3) -> f32 {
         self.cone.map_or(1.0, |cone| cone.share(away))
+    }
+
+    /// Returns its rows for shaders.
+    pub(super) fn rows(&self) -> [[f32; 4]; 4] {
+        // All directions are in a cone whose light is full beyond −1.
+        let cone = self.cone.unwrap_or(Cone {
+            axis: Vec3::Y,
+            side: -2.0,
+            full: -2.0,
+        });
+        [
+            self.center.extend(abi::LIGHT_SPHERE as f32).to_array(),
+            self.intensity.extend(self.radius).to_array(),
+            cone.axis.extend(cone.side).to_array(),
+            [cone.full, 0.0, 0.0, 0.0],
+        ]
     }
 
     /// Returns an estimate of the light at a point.
@@ -173,6 +190,17 @@ impl RectangleLight {
             half_size: size.map(|side| 0.5 * side),
             radiance,
         }
+    }
+
+    /// Returns its rows for shaders.
+    pub(super) fn rows(&self) -> [[f32; 4]; 4] {
+        let [width, height, _] = self.axes;
+        [
+            self.center.extend(abi::LIGHT_RECTANGLE as f32).to_array(),
+            self.radiance.extend(0.0).to_array(),
+            width.extend(self.half_size[0]).to_array(),
+            height.extend(self.half_size[1]).to_array(),
+        ]
     }
 
     fn area(&self) -> f32 {

@@ -3,6 +3,7 @@
 //! *Theory.* Directions are chosen by how bright they are: first a row, then a pixel of it, each by its share of the light
 //! (Pharr, Jakob and Humphreys, "Physically Based Rendering", 2023, section 12.5).
 
+use argil_abi::PathUniform;
 use argil_scene::SceneImage;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
@@ -57,6 +58,27 @@ impl EnvironmentMap {
             columns,
             mean: strength * mean as f32,
         }
+    }
+
+    /// Describes the image in a uniform, appends the sums of its rows, and returns its pixels: colors, and sums within rows.
+    pub(super) fn write(
+        &self,
+        uniform: &mut PathUniform,
+        rows: &mut Vec<[f32; 4]>,
+    ) -> Vec<[f32; 4]> {
+        [uniform.environment_width, uniform.environment_height] = self.image.size;
+        (uniform.environment_strength, uniform.environment_turn) = (self.strength, self.turn);
+        let all = *self.rows.last().unwrap_or(&1.0);
+        let sums: Vec<f32> = self.rows.iter().map(|&sum| (sum / all) as f32).collect();
+        rows.extend(sums.chunks(4).map(|own| {
+            let mut row = [1.0; 4];
+            row[..own.len()].copy_from_slice(own);
+            row
+        }));
+        let pixels = self.image.pixels.iter().zip(&self.columns);
+        pixels
+            .map(|(&[r, g, b], &sum)| [r, g, b, (f64::from(sum) / all) as f32])
+            .collect()
     }
 
     /// Returns an estimate of the light that a surface receives.

@@ -13,7 +13,7 @@ use super::material::PathMaterial;
 use super::sampler::Sampler;
 use super::{fog, glass};
 use crate::light::GROUND;
-use argil_abi::FrameUniform;
+use argil_abi::{CERTAIN_BOUNCES, FrameUniform};
 use argil_scene::Fog;
 use glam::Vec3;
 
@@ -58,9 +58,6 @@ pub(super) struct PathSample {
     /// How much of what is behind everything is hidden, from 0 to 1.
     pub opacity: f32,
 }
-
-/// Surfaces that a path passes before chance decides how it goes on.
-const CERTAIN_BOUNCES: u32 = 3;
 
 /// What all paths of an image share.
 pub(super) struct Integrator<'a> {

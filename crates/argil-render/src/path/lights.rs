@@ -7,7 +7,7 @@ use super::environment::EnvironmentMap;
 use super::sky::Sun;
 use crate::light::reflect::sky;
 use crate::render_settings::toward_sun;
-use argil_abi::FrameUniform;
+use argil_abi::{self as abi, FrameUniform, PathUniform};
 use argil_scene::{Environment, Light, View};
 use glam::Vec3;
 
@@ -115,6 +115,42 @@ impl PathLights {
                 Background::Sky | Background::Even(_) => 0.0,
             },
         }
+    }
+
+    /// Returns the rows of all lights for shaders.
+    pub(super) fn rows(&self) -> Vec<[[f32; 4]; 4]> {
+        let row = |light: &PathLight| match light {
+            PathLight::Sun(own) => own.rows(),
+            PathLight::Sphere(own) => own.rows(),
+            PathLight::Rectangle(own) => own.rows(),
+            PathLight::Environment => {
+                let importance = self.importance(light, Vec3::ZERO);
+                let kind = abi::LIGHT_ENVIRONMENT as f32;
+                [[0.0, 0.0, 0.0, kind], [importance; 4], [0.0; 4], [0.0; 4]]
+            }
+        };
+        self.lights.iter().map(row).collect()
+    }
+
+    /// Describes the background in a uniform, appends the sums of an image's rows, and returns its pixels.
+    pub(super) fn write_background(
+        &self,
+        uniform: &mut PathUniform,
+        rows: &mut Vec<[f32; 4]>,
+    ) -> Vec<[f32; 4]> {
+        [uniform.environment_width, uniform.environment_height] = [1, 1];
+        match &self.background {
+            Background::Sky => uniform.background = abi::BACKGROUND_SKY,
+            Background::Even(radiance) => {
+                uniform.background = abi::BACKGROUND_EVEN;
+                uniform.even = radiance.to_array();
+            }
+            Background::Image(image) => {
+                uniform.background = abi::BACKGROUND_IMAGE;
+                return image.write(uniform, rows);
+            }
+        }
+        vec![[0.0; 4]]
     }
 
     fn all_importance(&self, at: Vec3) -> f32 {

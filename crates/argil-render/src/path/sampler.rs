@@ -39,17 +39,20 @@ fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1 << 24) as f32)
 }
 
-/// Returns the second coordinate of a Sobol' point, whose direction numbers are the rows of Pascal's triangle.
-fn second_dimension(mut index: u32) -> u32 {
-    let (mut direction, mut all) = (1 << 31, 0);
-    while index != 0 {
-        if index & 1 != 0 {
-            all ^= direction;
-        }
-        direction ^= direction >> 1;
-        index >>= 1;
+/// Returns the second coordinate of a Sobol' point, whose direction numbers are the rows of Pascal's triangle. That contains the
+/// triangle of half its size thrice.
+fn second_dimension(index: u32) -> u32 {
+    let mut x = index.reverse_bits();
+    x ^= x << 16;
+    for (mask, shift) in [
+        (0x00ff_00ff, 8),
+        (0x0f0f_0f0f, 4),
+        (0x3333_3333, 2),
+        (0x5555_5555, 1),
+    ] {
+        x ^= (x & mask) << shift;
     }
-    all
+    x
 }
 
 /// Permutes digits, each by those above it.

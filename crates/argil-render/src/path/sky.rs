@@ -36,6 +36,17 @@ impl Sun {
         self.irradiance
     }
 
+    /// Returns its rows for shaders.
+    pub(super) fn rows(&self) -> [[f32; 4]; 4] {
+        let kind = argil_abi::LIGHT_SUN as f32;
+        [
+            self.direction.extend(kind).to_array(),
+            self.irradiance.extend(self.angle).to_array(),
+            [self.rim, 0.0, 0.0, 0.0],
+            [0.0; 4],
+        ]
+    }
+
     /// Returns what is seen in a direction.
     pub(super) fn seen(&self, direction: Vec3) -> Vec3 {
         if direction.dot(self.direction) < self.rim {

@@ -1,6 +1,7 @@
 //! What paths found, pixel by pixel.
 
 use super::integrator::PathSample;
+use argil_abi::PathPixel;
 use glam::Vec3;
 
 /// What the paths of a pixel found: sums.
@@ -55,6 +56,20 @@ impl Still {
         Self {
             size,
             pixels: vec![Pixel::default(); count],
+        }
+    }
+
+    /// Adds what paths of some pixels found, from a first one on.
+    pub fn add(&mut self, first: usize, found: &[PathPixel]) {
+        for (pixel, found) in self.pixels.iter_mut().skip(first).zip(found) {
+            pixel.light += Vec3::from(found.light);
+            pixel.squares += Vec3::from(found.squares);
+            pixel.albedo += Vec3::from(found.albedo);
+            pixel.normal += Vec3::from(found.normal);
+            pixel.distance += found.distance;
+            pixel.covered += found.covered;
+            pixel.opacity += found.opacity;
+            pixel.count += found.count;
         }
     }
 

@@ -1,0 +1,230 @@
+//! Paths of light on the device.
+//!
+//! *Practice.* A thread follows the paths of one pixel, one after another. One pass marches the rays of all pixels by some
+//! steps, and another one chooses where paths go on whose rays have ended. Both are submitted again and again, until all paths
+//! have ended. Pixels are taken in bands that fit into a buffer.
+
+use crate::bindings::{
+    Bind, ENVIRONMENT, FIELD_BINDS, FRAME, FRAME_WGSL, PATH_PIXELS, PATH_STATES, PATH_TABLES,
+    PATHS, PATHS_WGSL, TABLES_WGSL, layout, pipelines,
+};
+use crate::path_buffers::{PathBuffers, PathWork};
+use crate::render::FIELD;
+use crate::trace_mode::{BoundResource, PathMode, TraceMode};
+use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
+use argil_abi::PathUniform;
+use argil_math::Control;
+use argil_render::{Still, wgsl};
+use web_time::Instant;
+
+/// Steps of a ray in one pass.
+const STEPS: u32 = 64;
+/// Passes of both kinds that are submitted at once.
+const PAIRS: u32 = 16;
+/// The same on a software device, for which pixels without work cost as much as others.
+const SOFTWARE_PAIRS: u32 = 4;
+/// The most paths of a pixel between two looks at the clock.
+const MOST_AT_ONCE: u32 = 64;
+/// Evaluations of the field that the longest pass does at once: with glass, and without.
+const EVALUATIONS: [u64; 2] = [64, 16];
+
+/// The passes, compiled once for a program and a representation.
+#[derive(Debug)]
+struct PathPasses {
+    layout: wgpu::BindGroupLayout,
+    /// The bindings that it has.
+    places: Vec<u32>,
+    turn: wgpu::ComputePipeline,
+    look_inside: wgpu::ComputePipeline,
+    march: wgpu::ComputePipeline,
+}
+
+impl GpuProgram {
+    /// Adds paths of light to a still, through the field. Canceled work keeps the paths that have ended.
+    ///
+    /// # Errors
+    /// If the device cannot evaluate the field, its limits are exceeded, or it fails.
+    pub async fn trace_paths(&self, work: PathWork<'_>, still: &mut Still) -> Result<(), GpuError> {
+        self.trace_through(&FIELD, Vec::new(), work, still).await
+    }
+
+    /// Adds paths of light through a representation that is bound.
+    pub(crate) async fn trace_through(
+        &self,
+        way: &'static TraceMode,
+        bound: Vec<BoundResource>,
+        work: PathWork<'_>,
+        still: &mut Still,
+    ) -> Result<(), GpuError> {
+        let Some(mode) = &way.paths else {
+            return Err(GpuError::NoPaths { name: way.name });
+        };
+        let needed = EVALUATIONS[usize::from(!work.program.has_glass())];
+        self.check_evaluations(needed)?;
+        let passes = self.passes(mode.name, || self.make_paths(way, mode))?;
+        let gpu = self.gpu();
+        let mut uniform = work.tables.uniform;
+        let extras = work.program.material_extras();
+        if !extras.is_empty() {
+            uniform.extras_at = work.program.material_table().len() as u32;
+            uniform.bump_step = work.program.bump_step().unwrap_or(0.0);
+        }
+        uniform.step_count = STEPS.min(self.budget);
+        let buffers = PathBuffers::new(gpu, &work, &extras)?;
+        let mut all = bound;
+        all.extend(self.bound());
+        let group = buffers.bind(gpu, &passes.layout, &passes.places, all)?;
+        let paths = Paths {
+            gpu,
+            passes: &passes,
+            group,
+            buffers,
+            has_glass: work.program.has_glass(),
+            pairs: match gpu.info().kind {
+                DeviceKind::Software => SOFTWARE_PAIRS,
+                _ => PAIRS,
+            },
+        };
+        paths.trace(&work, uniform, still).await
+    }
+
+    fn make_paths(&self, way: &TraceMode, mode: &PathMode) -> Result<PathPasses, GpuError> {
+        let gpu = self.gpu();
+        let source = [
+            &argil_abi::wgsl(),
+            TABLES_WGSL,
+            FRAME_WGSL,
+            PATHS_WGSL,
+            &(way.tables)(),
+            self.field_wgsl(),
+            wgsl::CAMERA,
+            mode.wgsl,
+            wgsl::PATHS,
+        ]
+        .concat();
+        let mut binds = FIELD_BINDS.to_vec();
+        binds.extend([
+            Bind::Uniform(FRAME),
+            Bind::Uniform(PATHS),
+            Bind::Write(PATH_STATES),
+            Bind::Write(PATH_PIXELS),
+            Bind::Read(PATH_TABLES),
+            Bind::Picture(ENVIRONMENT),
+        ]);
+        binds.extend(mode.binds);
+        let layout = gpu.with_error_scope(|| layout(gpu, "Paths", &binds))?;
+        let names = ["turn_paths", "look_inside", "march_paths"];
+        let all = pipelines(gpu, source, &layout, way.constants, names)?;
+        let [turn, look_inside, march] = all;
+        Ok(PathPasses {
+            layout,
+            places: binds.iter().map(|bind| bind.place()).collect(),
+            turn,
+            look_inside,
+            march,
+        })
+    }
+}
+
+/// Paths of an image, about to be traced.
+struct Paths<'a> {
+    gpu: &'a Gpu,
+    passes: &'a PathPasses,
+    group: wgpu::BindGroup,
+    buffers: PathBuffers,
+    has_glass: bool,
+    /// Passes that are submitted at once.
+    pairs: u32,
+}
+
+impl Paths<'_> {
+    async fn trace(
+        &self,
+        work: &PathWork<'_>,
+        mut uniform: PathUniform,
+        still: &mut Still,
+    ) -> Result<(), GpuError> {
+        let start = Instant::now();
+        let (options, control) = (work.options, work.control);
+        let [width, height] = still.size();
+        let pixels = width * height;
+        let bands = pixels.div_ceil(self.buffers.band);
+        control.begin("paths", u64::from(options.samples) * u64::from(bands));
+        let first = still.samples();
+        let mut done = 0;
+        while done < options.samples {
+            let count = match options.time_limit {
+                None => done.max(1),
+                Some(limit) => {
+                    let spent = start.elapsed();
+                    if done > 0 && spent >= limit {
+                        break;
+                    }
+                    let per_path = spent.as_secs_f64() / f64::from(done.max(1));
+                    let left = (limit.saturating_sub(spent)).as_secs_f64() / per_path.max(1e-9);
+                    done.min(left as u32).max(1)
+                }
+            };
+            let count = count.min(MOST_AT_ONCE).min(options.samples - done);
+            for band in 0..bands {
+                uniform.first_pixel = band * self.buffers.band;
+                uniform.pixel_count = self.buffers.band.min(pixels - uniform.first_pixel);
+                uniform.first_sample = first + done;
+                uniform.sample_count = count;
+                self.band(&uniform, control, still).await?;
+                if control.is_cancelled() {
+                    return Ok(());
+                }
+                control.advance(u64::from(count));
+            }
+            done += count;
+        }
+        Ok(())
+    }
+
+    /// Traces the paths of a band, and adds what they found.
+    async fn band(
+        &self,
+        uniform: &PathUniform,
+        control: &Control,
+        still: &mut Still,
+    ) -> Result<(), GpuError> {
+        let groups = uniform.pixel_count.div_ceil(64);
+        self.buffers.restart(self.gpu, uniform);
+        loop {
+            self.gpu.with_error_scope(|| {
+                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_bind_group(0, &self.group, &[]);
+                let inside = self.has_glass.then_some(&self.passes.look_inside);
+                let all = [Some(&self.passes.turn), Some(&self.passes.march), inside];
+                for _ in 0..self.pairs {
+                    for pipeline in all.into_iter().flatten() {
+                        pass.set_pipeline(pipeline);
+                        pass.dispatch_workgroups(groups, 1, 1);
+                    }
+                }
+                drop(pass);
+                self.gpu.queue.submit([encoder.finish()]);
+            })?;
+            let finished = self.buffers.finished(self.gpu).await?;
+            if finished >= uniform.pixel_count || control.is_cancelled() {
+                break;
+            }
+        }
+        let found = self.buffers.found(self.gpu, uniform.pixel_count).await?;
+        still.add(uniform.first_pixel as usize, &found);
+        Ok(())
+    }
+}
+
+impl GpuProgram {
+    /// Checks that a pass can evaluate the field as often as needed.
+    fn check_evaluations(&self, needed: u64) -> Result<(), GpuError> {
+        let is_software = self.gpu().info().kind == DeviceKind::Software;
+        if !is_software || u64::from(self.budget) >= needed {
+            return Ok(());
+        }
+        Err(self.too_long(needed))
+    }
+}

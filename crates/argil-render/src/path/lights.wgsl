@@ -1,0 +1,134 @@
+// GPU version of lights.rs.
+
+fn light_kind(nth: u32) -> u32 {
+    return u32(light_row(nth, 0u).w);
+}
+
+fn light_importance(nth: u32, p: vec3<f32>) -> f32 {
+    switch light_kind(nth) {
+        case LIGHT_SUN: { return dot(light_row(nth, 1u).xyz, vec3(1.0)); }
+        case LIGHT_SPHERE: { return sphere_importance(nth, p); }
+        case LIGHT_RECTANGLE: { return rectangle_importance(nth, p); }
+        default: { return light_row(nth, 1u).x; }
+    }
+}
+
+fn all_importance(p: vec3<f32>) -> f32 {
+    var all = 0.0;
+    for (var nth = 0u; nth < paths.light_count; nth++) {
+        all += light_importance(nth, p);
+    }
+    return all;
+}
+
+// Returns the chance with which a light is chosen. `all` is the importance of all lights.
+fn light_chance(nth: u32, p: vec3<f32>, all: f32) -> f32 {
+    if paths.light_count == 1u {
+        return 1.0;
+    }
+    return light_importance(nth, p) / max(all, 1e-30);
+}
+
+// Returns the share of a way with a density, if another way has a second one (the power heuristic).
+fn power_share(own: f32, other: f32) -> f32 {
+    if own >= UNLIMITED {
+        return 1.0;
+    }
+    let ratio = min(other / max(own, 1e-30), 1e15);
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+// Returns what is behind everything, without the lights.
+fn path_background(direction: vec3<f32>) -> vec3<f32> {
+    switch paths.background {
+        case BACKGROUND_SKY: { return sky(direction); }
+        case BACKGROUND_EVEN: { return paths.even; }
+        default: { return environment_radiance(direction); }
+    }
+}
+
+// Returns what a ray finds that meets nothing.
+fn lights_behind(origin: vec3<f32>, direction: vec3<f32>, density: f32) -> vec3<f32> {
+    var behind = path_background(direction);
+    var suns = vec3(0.0);
+    let all = all_importance(origin);
+    for (var nth = 0u; nth < paths.light_count; nth++) {
+        let kind = light_kind(nth);
+        if kind == LIGHT_SUN && dot(direction, light_row(nth, 0u).xyz) >= light_row(nth, 2u).x {
+            let light = light_row(nth, 1u);
+            suns += light.xyz / light.w * power_share(density, light_chance(nth, origin, all) / light.w);
+        } else if kind == LIGHT_ENVIRONMENT {
+            behind *= power_share(density, environment_density(direction) * light_chance(nth, origin, all));
+        }
+    }
+    return behind + suns;
+}
+
+// Returns the light of all lights with a place that a ray passes up to a distance.
+fn lights_passed(origin: vec3<f32>, direction: vec3<f32>, distance: f32, density: f32) -> vec3<f32> {
+    var sum = vec3(0.0);
+    var all = -1.0;
+    for (var nth = 0u; nth < paths.light_count; nth++) {
+        let kind = light_kind(nth);
+        var point = no_emitter();
+        if kind == LIGHT_SPHERE {
+            point = sphere_met(nth, origin, direction);
+        } else if kind == LIGHT_RECTANGLE {
+            point = rectangle_met(nth, origin, direction);
+        }
+        if point.distance > 0.0 && point.distance < distance {
+            if all < 0.0 {
+                all = all_importance(origin);
+            }
+            sum += point.radiance * power_share(density, point.density * light_chance(nth, origin, all));
+        }
+    }
+    return sum;
+}
+
+// A point of a light. Its radiance is divided by the density.
+fn light_sample(p: vec3<f32>, which: f32, point: vec2<f32>) -> EmitterPoint {
+    if paths.light_count == 0u {
+        return no_emitter();
+    }
+    let all = all_importance(p);
+    var nth = 0u;
+    if paths.light_count > 1u {
+        var left = which * all;
+        var last = paths.light_count;
+        for (var i = 0u; i < paths.light_count; i++) {
+            let own = light_importance(i, p);
+            if own <= 0.0 {
+                continue;
+            }
+            last = i;
+            left -= own;
+            if left < 0.0 {
+                break;
+            }
+        }
+        if last == paths.light_count {
+            return no_emitter();
+        }
+        nth = last;
+    }
+    var found = no_emitter();
+    switch light_kind(nth) {
+        case LIGHT_SUN: { found = sun_sample(nth, point); }
+        case LIGHT_SPHERE: { found = sphere_sample(nth, p, point); }
+        case LIGHT_RECTANGLE: { found = rectangle_sample(nth, p, point); }
+        default: {
+            let chosen = environment_sample(point);
+            found = EmitterPoint(chosen.xyz, UNLIMITED, environment_radiance(chosen.xyz), chosen.w);
+        }
+    }
+    let chance = light_chance(nth, p, all);
+    let is_point = found.density >= UNLIMITED;
+    let own = select(found.density, 1.0, is_point);
+    if found.distance < 0.0 || own <= 0.0 || chance <= 0.0 {
+        return no_emitter();
+    }
+    found.radiance /= own * chance;
+    found.density = select(found.density * chance, UNLIMITED, is_point);
+    return found;
+}
