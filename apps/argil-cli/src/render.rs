@@ -3,7 +3,7 @@
 use crate::args::RenderArgs;
 use crate::{input, output};
 use anyhow::Context;
-use argil::render::{Camera, RenderSettings};
+use argil::render::{Camera, RenderMode, RenderSettings};
 use argil::scene::{CameraPath, Scene};
 use argil::volume::{FillStats, Levels};
 use argil::{Orbit, RenderedImage, Representation, World};
@@ -34,6 +34,10 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         &options.volume,
         (options.time, options.on.allow_external_meshes),
     )?;
+    if options.show == RenderMode::Shaded {
+        let folder = options.scene.parent().unwrap_or(Path::new("."));
+        world.load_environment(folder, options.on.allow_external_meshes)?;
+    }
     if options.specialize {
         anyhow::ensure!(
             world.representation() == Representation::Field,

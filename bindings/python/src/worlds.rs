@@ -64,12 +64,15 @@ struct Site<'a> {
     store: &'a Store,
 }
 
+/// How a store is opened.
+type Open = fn(&str) -> Result<Store, WorldError>;
+
 /// Reads a plan, opens a store, and works on both without the interpreter's lock.
 fn with_store<T: Send>(
     py: Python<'_>,
     progress: Option<Bound<'_, PyAny>>,
     (plan, folder): (&str, &Path),
-    (store, open): (&str, fn(&str) -> Result<Store, WorldError>),
+    (store, open): (&str, Open),
     what: impl FnOnce(&Site<'_>, &argil::math::Control) -> Result<T, WorldError> + Send,
 ) -> PyResult<T> {
     work::run(py, progress.as_ref(), |control| {

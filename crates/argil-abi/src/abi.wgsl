@@ -150,6 +150,15 @@ const LIGHT_SUN: u32 = 0u;
 const LIGHT_SPHERE: u32 = 1u;
 const LIGHT_RECTANGLE: u32 = 2u;
 const LIGHT_ENVIRONMENT: u32 = 3u;
+const MAX_LAMPS: u32 = 8u;
+const LAMP_STEPS: u32 = 48u;
+const COLOR_LAYERS: u32 = 5u;
+const FOG_LAYER: u32 = 3u;
+const BENT_LAYER: u32 = 4u;
+const FOG_PLACES: u32 = 8u;
+const TONE_ACES: u32 = 0u;
+const TONE_AGX: u32 = 1u;
+const TONE_NONE: u32 = 2u;
 const BACKGROUND_SKY: u32 = 0u;
 const BACKGROUND_EVEN: u32 = 1u;
 const BACKGROUND_IMAGE: u32 = 2u;
@@ -243,6 +252,21 @@ struct FrameUniform {
     normals: u32,
     has_ground: u32,
     descent: u32,
+    sun_light: vec3<f32>,
+    exposure: f32,
+    zenith: vec3<f32>,
+    tone: u32,
+    horizon: vec3<f32>,
+    glow: f32,
+    nadir: vec3<f32>,
+    lamp_count: u32,
+    fog_albedo: vec3<f32>,
+    fog_density: f32,
+    fog_falloff: f32,
+    fog_height: f32,
+    fog_anisotropy: f32,
+    has_bent_normals: u32,
+    lamps: array<vec4<f32>, 32>,
 }
 struct Hit {
     normal_t: vec4<f32>,
@@ -440,11 +464,6 @@ struct OctreeNode {
 struct PathUniform {
     even: vec3<f32>,
     background: u32,
-    fog_albedo: vec3<f32>,
-    fog_density: f32,
-    fog_falloff: f32,
-    fog_height: f32,
-    fog_anisotropy: f32,
     clamp: f32,
     environment_strength: f32,
     environment_turn: f32,
@@ -469,7 +488,6 @@ struct PathUniform {
     first_pixel: u32,
     pixel_count: u32,
     is_transparent: u32,
-    pad0: u32,
 }
 struct PathState {
     origin: vec3<f32>,

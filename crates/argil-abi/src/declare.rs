@@ -23,6 +23,10 @@ impl Wgsl for [f32; 4] {
     const NAME: &'static str = "vec4<f32>";
 }
 
+impl Wgsl for [[f32; 4]; crate::LAMP_ROWS] {
+    const NAME: &'static str = "array<vec4<f32>, 32>";
+}
+
 /// Declares `u32` constants, with their WGSL lines in a slice of the given name.
 macro_rules! constants {
     ($all:ident: $($(#[$doc:meta])* $name:ident = $value:expr;)*) => {

@@ -33,6 +33,24 @@ constants! { PATHS:
     LIGHT_RECTANGLE = 2;
     /// The image behind everything.
     LIGHT_ENVIRONMENT = 3;
+    /// Lamps of an image without paths.
+    MAX_LAMPS = 8;
+    /// Steps of a ray to a lamp.
+    LAMP_STEPS = 48;
+    /// Layers of an image's buffer of colors: the colors, the shares of lamps, light in fog, and bent normals.
+    COLOR_LAYERS = 5;
+    /// The layer of light in fog.
+    FOG_LAYER = 3;
+    /// The layer of bent normals.
+    BENT_LAYER = 4;
+    /// Places along a ray where light in fog is gathered.
+    FOG_PLACES = 8;
+    /// A fit of the Academy Color Encoding System.
+    TONE_ACES = 0;
+    /// AgX.
+    TONE_AGX = 1;
+    /// Light above 1 is cut.
+    TONE_NONE = 2;
     /// Behind everything is the sky of the other integrator.
     BACKGROUND_SKY = 0;
     /// The same light from everywhere.
@@ -41,6 +59,9 @@ constants! { PATHS:
     BACKGROUND_IMAGE = 2;
 }
 
+/// Rows of all lamps.
+pub const LAMP_ROWS: usize = 4 * MAX_LAMPS as usize;
+
 shared_struct! {
     /// What all paths of a dispatch share.
     PathUniform {
@@ -48,16 +69,6 @@ shared_struct! {
         even: [f32; 3],
         /// A `BACKGROUND_…`.
         background: u32,
-        /// Share of light that fog scatters.
-        fog_albedo: [f32; 3],
-        /// What fog takes away per unit of length at its height. 0 if there is none.
-        fog_density: f32,
-        /// How fast it thins out upward.
-        fog_falloff: f32,
-        /// The height of that density.
-        fog_height: f32,
-        /// Henyey and Greenstein's g.
-        fog_anisotropy: f32,
         /// The most light that a path may bring after its first surface.
         clamp: f32,
         /// Factor of the environment's image.
@@ -106,8 +117,6 @@ shared_struct! {
         pixel_count: u32,
         /// 1 if what is behind everything is left out, else 0.
         is_transparent: u32,
-        /// Zero.
-        pad0: u32,
     }
 }
 

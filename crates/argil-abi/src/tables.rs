@@ -2,6 +2,7 @@
 
 use crate::declare::shared_struct;
 use crate::layout::StructLayout;
+use crate::paths::LAMP_ROWS;
 use crate::paths::{PathPixel, PathState, PathUniform};
 use crate::volumes::{
     BrickBuildUniform, BrickUniform, CellTable, DenseUniform, LevelsUniform, OctreeUniform,
@@ -94,6 +95,36 @@ shared_struct! {
         has_ground: u32,
         /// A `DESCENT_…`: where look-ups in an octree start.
         descent: u32,
+        /// The sun's light: irradiance divided by π / 2.
+        sun_light: [f32; 3],
+        /// The factor of all light.
+        exposure: f32,
+        /// The light from above.
+        zenith: [f32; 3],
+        /// A `TONE_…`.
+        tone: u32,
+        /// The light from the horizon.
+        horizon: [f32; 3],
+        /// How much the sky shines around the sun.
+        glow: f32,
+        /// The light from below.
+        nadir: [f32; 3],
+        /// Number of lamps: lights besides the sun.
+        lamp_count: u32,
+        /// Share of light that fog scatters.
+        fog_albedo: [f32; 3],
+        /// What fog takes away per unit of length at its height. 0 if there is none.
+        fog_density: f32,
+        /// How fast it thins out upward.
+        fog_falloff: f32,
+        /// The height of that density.
+        fog_height: f32,
+        /// Henyey and Greenstein's g.
+        fog_anisotropy: f32,
+        /// 1 if occlusion finds bent normals, else 0.
+        has_bent_normals: u32,
+        /// Four rows for each lamp, as those of `LIGHT_…`.
+        lamps: [[f32; 4]; LAMP_ROWS],
     }
 }
 

@@ -43,18 +43,15 @@ fn texture_value(own: u32, at: vec3<f32>, local: vec3<f32>, normal: vec3<f32>, n
         weights = texture_two_weights(facing);
     }
     let sum = weights.x + weights.y + weights.z;
-    if sum <= 0.0 {
-        return texture_flat(own, kind, vec2(p.x, side.y * p.z));
-    }
+    weights = select(vec3(0.0, 1.0, 0.0), weights / sum, sum > 0.0);
+    // One call in a loop, because each call copies its code.
     var total = vec3(0.0);
-    if weights.x > 0.0 {
-        total += texture_flat(own, kind, vec2(-side.x * p.z, -p.y)) * (weights.x / sum);
-    }
-    if weights.y > 0.0 {
-        total += texture_flat(own, kind, vec2(p.x, side.y * p.z)) * (weights.y / sum);
-    }
-    if weights.z > 0.0 {
-        total += texture_flat(own, kind, vec2(side.z * p.x, -p.y)) * (weights.z / sum);
+    for (var axis = 0u; axis < 3u; axis++) {
+        let across = vec2(p.x, side.y * p.z);
+        let along = select(vec2(-side.x * p.z, -p.y), vec2(side.z * p.x, -p.y), axis == 2u);
+        if weights[axis] > 0.0 {
+            total += texture_flat(own, kind, select(along, across, axis == 1u)) * weights[axis];
+        }
     }
     return total;
 }

@@ -51,6 +51,7 @@ macro_rules! way {
     ($name:literal, $constants:expr) => {
         TraceMode {
             name: $name,
+            more_name: concat!($name, " with more light"),
             march: argil_render::wgsl::BRICKS,
             tables: || {
                 let bindings =
@@ -71,7 +72,10 @@ macro_rules! way {
             draws: false,
             is_exact: false,
             paths: Some(PathMode {
-                name: concat!("paths through ", $name),
+                names: [
+                    concat!("paths through ", $name),
+                    concat!("paths through ", $name, " and glass"),
+                ],
                 wgsl: argil_render::wgsl::BRICK_PATHS,
                 binds: &[
                     Bind::Uniform(VOLUME),

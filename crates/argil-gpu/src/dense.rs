@@ -34,6 +34,7 @@ const DENSE_WGSL: &str = "
 
 static DENSE: TraceMode = TraceMode {
     name: "dense",
+    more_name: "dense with more light",
     march: wgsl::DENSE,
     tables: || [DENSE_WGSL, VOLUME_WGSL].concat(),
     binds: &VOLUME_BINDS,
@@ -41,7 +42,7 @@ static DENSE: TraceMode = TraceMode {
     draws: false,
     is_exact: false,
     paths: Some(PathMode {
-        name: "paths through dense",
+        names: ["paths through dense", "paths through dense and glass"],
         wgsl: wgsl::DENSE_PATHS,
         binds: &VOLUME_BINDS,
     }),

@@ -93,7 +93,7 @@ impl FrameBuffers {
         Ok(Self {
             key,
             hits: table("hits", hit_bytes)?,
-            colors: table("colors", 16 * pixels)?,
+            colors: table("colors", 16 * pixels * key.more.color_layers())?,
             live: table(
                 "blocks of pixels",
                 if has_cones { 16 + 16 * blocks } else { 0 },
@@ -121,7 +121,9 @@ impl FrameBuffers {
     /// Whether the buffers fit such a frame.
     pub(crate) fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
+        let layers = |key: &FrameKey| key.more.color_layers();
         (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
+            && layers(own) == layers(key)
     }
 
     /// Uses the recording of another frame that fits, for example after an edit changed the length of the program.

@@ -2,6 +2,7 @@
 
 use crate::recording::{FrameKey, GROUP};
 use crate::trace_mode::TraceMode;
+use argil_abi::FOG_PLACES;
 
 /// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
 /// GPU, so that no driver considers it hung.
@@ -33,6 +34,13 @@ pub(crate) const SHADOW_BLOCKS: usize = 8;
 const SHADE_PLAIN: usize = 9;
 pub(crate) const SHADE_BLOCKS: usize = 10;
 pub(crate) const DEFERRED: usize = 11;
+
+/// Those of light that only some images have. Their indices follow the last one of the mode, so that without cones they are those of cones.
+pub(crate) const MORE_LIGHT: [&str; 3] = ["lamp_shadow", "light_fog", "bend_normals"];
+/// The index of the first of these.
+pub(crate) fn first_more(way: &TraceMode) -> usize {
+    ALL_MODES.len() + if way.has_cones { WITH_CONES.len() } else { 0 }
+}
 
 /// One dispatch.
 pub(crate) struct Stage {
@@ -83,6 +91,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
     if key.normals == argil_abi::NORMALS_FIELD && way.has_cones {
         stages.extend(exact("Trace::normals", EXACT_NORMALS, 1));
     }
+    stages.extend(more_light(way, key));
     if key.show == argil_abi::MODE_SHADED {
         let steps = argil_render::SHADOW_STEPS;
         if way.has_cones {
@@ -104,11 +113,33 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             MARCH | FINISH => way.is_exact,
             EXACT_NORMALS => true,
             SHADOW | SHADE | DEFERRED => true,
-            _ => false,
+            own => own >= first_more(way) && !way.has_cones,
         };
         stage.is_exact = asks;
     }
     stages
+}
+
+/// Returns the dispatches that gather light that only some images have. The first step is a number: of a lamp, or of a light at a place
+/// in fog.
+fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
+    let first = first_more(way);
+    let lights_in_fog = FOG_PLACES * (1 + key.more.lamps);
+    let counts = [
+        ("Shade::lamps", key.more.lamps),
+        ("Shade::fog", u32::from(key.more.has_fog) * lights_in_fog),
+        ("Shade::bent_normals", u32::from(key.more.has_bent_normals)),
+    ];
+    let all = counts.into_iter().enumerate();
+    all.flat_map(move |(nth, (label, count))| {
+        (0..count).map(move |first_step| Stage {
+            label,
+            pipeline: first + nth,
+            first_step,
+            step_count: 1,
+            is_exact: true,
+        })
+    })
 }
 
 /// Returns the rows of a band, whose dispatches follow one another. A cone's thread has a block of pixels, and a band has
@@ -149,6 +180,7 @@ mod tests {
                 max_steps: 10,
                 field: (length, 1),
                 with_hits: false,
+                more: Default::default(),
             };
             for (has_cones, step) in [(false, GROUP), (true, GROUP * GROUP)] {
                 let rows = band_rows(&key, has_cones);

@@ -35,6 +35,7 @@ const UNIFORM_WGSL: &str = "
 
 static LEVELS: TraceMode = TraceMode {
     name: "levels",
+    more_name: "levels with more light",
     march: argil_render::wgsl::LEVELS,
     tables: || {
         [

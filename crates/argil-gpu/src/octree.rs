@@ -31,6 +31,7 @@ pub(super) const OCTREE_WGSL: &str = "
 
 static OCTREE: TraceMode = TraceMode {
     name: "octree",
+    more_name: "octree with more light",
     march: argil_render::wgsl::OCTREE,
     tables: || {
         [

@@ -35,7 +35,8 @@ struct PathPasses {
     /// The bindings that it has.
     places: Vec<u32>,
     turn: wgpu::ComputePipeline,
-    look_inside: wgpu::ComputePipeline,
+    /// Only for a program with glass: it takes long to compile.
+    look_inside: Option<wgpu::ComputePipeline>,
     march: wgpu::ComputePipeline,
 }
 
@@ -61,7 +62,9 @@ impl GpuProgram {
         };
         let needed = EVALUATIONS[usize::from(!work.program.has_glass())];
         self.check_evaluations(needed)?;
-        let passes = self.passes(mode.name, || self.make_paths(way, mode))?;
+        let has_glass = work.program.has_glass();
+        let name = mode.names[usize::from(has_glass)];
+        let passes = self.passes(name, || self.make_paths(way, mode, has_glass))?;
         let gpu = self.gpu();
         let mut uniform = work.tables.uniform;
         let extras = work.program.material_extras();
@@ -79,7 +82,6 @@ impl GpuProgram {
             passes: &passes,
             group,
             buffers,
-            has_glass: work.program.has_glass(),
             pairs: match gpu.info().kind {
                 DeviceKind::Software => SOFTWARE_PAIRS,
                 _ => PAIRS,
@@ -88,7 +90,12 @@ impl GpuProgram {
         paths.trace(&work, uniform, still).await
     }
 
-    fn make_paths(&self, way: &TraceMode, mode: &PathMode) -> Result<PathPasses, GpuError> {
+    fn make_paths(
+        &self,
+        way: &TraceMode,
+        mode: &PathMode,
+        has_glass: bool,
+    ) -> Result<PathPasses, GpuError> {
         let gpu = self.gpu();
         let source = [
             &argil_abi::wgsl(),
@@ -113,9 +120,16 @@ impl GpuProgram {
         ]);
         binds.extend(mode.binds);
         let layout = gpu.with_error_scope(|| layout(gpu, "Paths", &binds))?;
-        let names = ["turn_paths", "look_inside", "march_paths"];
-        let all = pipelines(gpu, source, &layout, way.constants, names)?;
-        let [turn, look_inside, march] = all;
+        let look_inside = match has_glass {
+            true => {
+                let names = ["look_inside"];
+                let [own] = pipelines(gpu, source.clone(), &layout, way.constants, names)?;
+                Some(own)
+            }
+            false => None,
+        };
+        let names = ["turn_paths", "march_paths"];
+        let [turn, march] = pipelines(gpu, source, &layout, way.constants, names)?;
         Ok(PathPasses {
             layout,
             places: binds.iter().map(|bind| bind.place()).collect(),
@@ -132,7 +146,6 @@ struct Paths<'a> {
     passes: &'a PathPasses,
     group: wgpu::BindGroup,
     buffers: PathBuffers,
-    has_glass: bool,
     /// Passes that are submitted at once.
     pairs: u32,
 }
@@ -196,7 +209,7 @@ impl Paths<'_> {
                 let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
                 let mut pass = encoder.begin_compute_pass(&Default::default());
                 pass.set_bind_group(0, &self.group, &[]);
-                let inside = self.has_glass.then_some(&self.passes.look_inside);
+                let inside = self.passes.look_inside.as_ref();
                 let all = [Some(&self.passes.turn), Some(&self.passes.march), inside];
                 for _ in 0..self.pairs {
                     for pipeline in all.into_iter().flatten() {
@@ -215,16 +228,5 @@ impl Paths<'_> {
         let found = self.buffers.found(self.gpu, uniform.pixel_count).await?;
         still.add(uniform.first_pixel as usize, &found);
         Ok(())
-    }
-}
-
-impl GpuProgram {
-    /// Checks that a pass can evaluate the field as often as needed.
-    fn check_evaluations(&self, needed: u64) -> Result<(), GpuError> {
-        let is_software = self.gpu().info().kind == DeviceKind::Software;
-        if !is_software || u64::from(self.budget) >= needed {
-            return Ok(());
-        }
-        Err(self.too_long(needed))
     }
 }

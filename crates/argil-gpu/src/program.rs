@@ -183,8 +183,17 @@ impl GpuProgram {
         Err(self.too_long(MIN_BUDGET))
     }
 
+    /// Checks that a pass can evaluate the field as often as needed.
+    pub(crate) fn check_evaluations(&self, needed: u64) -> Result<(), GpuError> {
+        let is_software = self.gpu.info().kind == DeviceKind::Software;
+        if !is_software || u64::from(self.budget) >= needed {
+            return Ok(());
+        }
+        Err(self.too_long(needed))
+    }
+
     /// Returns the error of a pass that evaluates the field too often.
-    pub(crate) fn too_long(&self, evaluations: u64) -> GpuError {
+    fn too_long(&self, evaluations: u64) -> GpuError {
         GpuError::TooLong {
             name: self.gpu.info().name.clone(),
             iterations: self.iterations,

@@ -2,6 +2,7 @@
 
 use crate::bindings::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
 use crate::frame_extras::{Drawing, FrameExtras};
+use crate::recording::MoreLight;
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
@@ -19,6 +20,7 @@ const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 static MESH: TraceMode = TraceMode {
     name: "mesh",
+    more_name: "mesh with more light",
     march: wgsl::RASTER_HITS,
     tables: || DRAWN_WGSL.to_owned(),
     binds: &[Bind::Picture(DRAWN)],
@@ -73,7 +75,7 @@ impl GpuMesh {
         [corners, triangles]: [u32; 2],
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        field.picture(&MESH)?;
+        field.picture(&MESH, MoreLight::default())?;
         let (layout, pipeline) = gpu.with_error_scope(|| pipeline(gpu))?;
         Ok(Self {
             vertices,
@@ -147,7 +149,7 @@ impl GpuMesh {
             mesh: self,
             target: &target,
         };
-        let passes = field.picture(&MESH)?;
+        let passes = field.picture(&MESH, MoreLight::of(first))?;
         let extras = FrameExtras {
             drawing: Some(&drawing),
             marks: None,

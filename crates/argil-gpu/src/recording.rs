@@ -1,10 +1,48 @@
 //! A frame as data: its passes in order.
 
+use argil_abi::FrameUniform;
+
 /// Bins of a histogram beyond a ray's maximum steps, for what the last step looks up.
 pub(crate) const MARGIN: u32 = 64;
 
 /// Side of a workgroup.
 pub(crate) const GROUP: u32 = 8;
+
+/// Light that only some images have, and that passes of its own gather.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct MoreLight {
+    pub lamps: u32,
+    pub has_fog: bool,
+    pub has_bent_normals: bool,
+}
+
+impl MoreLight {
+    /// Returns what a frame has.
+    pub(crate) fn of(frame: &FrameUniform) -> Self {
+        if frame.mode != argil_abi::MODE_SHADED {
+            return Self::default();
+        }
+        Self {
+            lamps: frame.lamp_count,
+            has_fog: frame.fog_density > 0.0,
+            has_bent_normals: frame.has_bent_normals != 0,
+        }
+    }
+
+    /// Whether there is any.
+    pub(crate) fn is_any(self) -> bool {
+        self != Self::default()
+    }
+
+    /// Returns the layers of the buffer of colors.
+    pub(crate) fn color_layers(self) -> u64 {
+        if self.is_any() {
+            argil_abi::COLOR_LAYERS.into()
+        } else {
+            1
+        }
+    }
+}
 
 /// What a recording depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +56,7 @@ pub(crate) struct FrameKey {
     /// Instructions of the program, and evaluations that a thread may do per dispatch.
     pub field: (usize, u32),
     pub with_hits: bool,
+    pub more: MoreLight,
 }
 
 impl FrameKey {

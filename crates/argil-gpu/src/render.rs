@@ -7,10 +7,10 @@ use crate::bindings::{
 use crate::frame::{FrameBuffers, FramePasses};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_stages::{
-    ALL_MODES, CONE, DEFERRED, MARCH, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE, WITH_CONES,
-    WORK_PER_DISPATCH, band_rows, stages,
+    ALL_MODES, CONE, DEFERRED, MARCH, MORE_LIGHT, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
+    WITH_CONES, WORK_PER_DISPATCH, band_rows, stages,
 };
-use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, Recording};
+use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
 use crate::resolve::ResolvePass;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
@@ -20,10 +20,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Maximum steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
 const SOFTWARE_STEPS: u32 = 50_000;
+/// Evaluations of the field that a pass of lamps or fog does.
+const MORE_EVALUATIONS: u64 = argil_abi::LAMP_STEPS as u64 + 2;
 /// Maximum pixels of a frame whose buffers are kept. Larger ones, of over a gigabyte, are freed.
 const MAX_CACHED: u64 = 1 << 24;
 pub(crate) static FIELD: TraceMode = TraceMode {
     name: "field",
+    more_name: "field with more light",
     march: wgsl::FIELD,
     tables: String::new,
     binds: &[],
@@ -31,7 +34,10 @@ pub(crate) static FIELD: TraceMode = TraceMode {
     draws: false,
     is_exact: true,
     paths: Some(PathMode {
-        name: "paths through the field",
+        names: [
+            "paths through the field",
+            "paths through the field and glass",
+        ],
         wgsl: wgsl::FIELD_PATHS,
         binds: &[],
     }),
@@ -40,13 +46,21 @@ pub(crate) static FIELD: TraceMode = TraceMode {
 
 impl GpuProgram {
     /// Returns the passes of a trace mode, and compiles them when first asked for.
-    pub(crate) fn picture(&self, way: &'static TraceMode) -> Result<Arc<RenderPasses>, GpuError> {
-        let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way);
+    pub(crate) fn picture(
+        &self,
+        way: &'static TraceMode,
+        more: MoreLight,
+    ) -> Result<Arc<RenderPasses>, GpuError> {
+        let has_more = more.is_any();
+        let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way, has_more);
+        let name = if has_more { way.more_name } else { way.name };
         if way.has_cones {
-            self.plain_passes(way.name, make)
-        } else {
-            self.passes(way.name, make)
+            return self.plain_passes(name, make);
         }
+        if has_more {
+            self.check_evaluations(MORE_EVALUATIONS)?;
+        }
+        self.passes(name, make)
     }
 
     /// Compiles the passes of images, instead of with the first image. For a program that the device cannot evaluate,
@@ -58,7 +72,7 @@ impl GpuProgram {
         if self.check_length().is_err() {
             return Ok(());
         }
-        self.picture(&FIELD).map(|_| ())
+        self.picture(&FIELD, MoreLight::default()).map(|_| ())
     }
 
     /// Renders an image. [`argil_render::frame_uniforms`] makes `frames`, one per sample. Returns the image, and
@@ -72,7 +86,10 @@ impl GpuProgram {
         frames: &[FrameUniform],
         with_hits: bool,
     ) -> Result<(RenderOutput, f64), GpuError> {
-        let passes = self.picture(&FIELD)?;
+        let Some(first) = frames.first() else {
+            return Ok((RenderOutput::empty(), 0.0));
+        };
+        let passes = self.picture(&FIELD, MoreLight::of(first))?;
         let extras = FrameExtras::default();
         let drawn = passes
             .draw(self, Vec::new(), extras, frames, with_hits)
@@ -96,7 +113,9 @@ impl RenderPasses {
         gpu: &Gpu,
         field_wgsl: &str,
         way: &'static TraceMode,
+        has_more: bool,
     ) -> Result<Self, GpuError> {
+        let more = if has_more { wgsl::MORE_LIGHT } else { "" };
         let source = [
             &argil_abi::wgsl(),
             TABLES_WGSL,
@@ -108,6 +127,7 @@ impl RenderPasses {
             way.march,
             wgsl::RESOLVE_HITS,
             wgsl::SHADE,
+            more,
         ]
         .concat();
         let mut binds = FIELD_BINDS.to_vec();
@@ -121,7 +141,11 @@ impl RenderPasses {
         let all = pipelines(gpu, source.clone(), &layout, way.constants, ALL_MODES)?;
         let mut all = Vec::from(all);
         if way.has_cones {
-            let own = pipelines(gpu, source, &layout, way.constants, WITH_CONES)?;
+            let own = pipelines(gpu, source.clone(), &layout, way.constants, WITH_CONES)?;
+            all.extend(own);
+        }
+        if has_more {
+            let own = pipelines(gpu, source, &layout, way.constants, MORE_LIGHT)?;
             all.extend(own);
         }
         Ok(Self {
@@ -161,6 +185,7 @@ impl RenderPasses {
             max_steps: first.max_steps,
             field: (field.length(), field.budget),
             with_hits,
+            more: MoreLight::of(first),
         };
         let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
         let kept = self.take().filter(|target| target.fits(&key));
@@ -233,7 +258,7 @@ impl RenderPasses {
                     work += own * length;
                     let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
                     let groups = match stage.pipeline {
-                        CONE | SUN_CONE => {
+                        CONE | SUN_CONE if self.way.has_cones => {
                             all.steps.push(FrameStep::EmptyBlocks);
                             // A cone's thread has as many pixels as another pass's workgroup.
                             Some(across(GROUP * GROUP))
@@ -299,7 +324,7 @@ mod tests {
             let drawn = pollster::block_on(field.render(&all, false));
             drawn.expect("a picture").0
         };
-        let passes = field.picture(&FIELD).expect("passes");
+        let passes = field.picture(&FIELD, MoreLight::default()).expect("passes");
         let kept = || {
             let target = passes.take().expect("a frame before");
             let buffers = target.buffers();

@@ -8,6 +8,8 @@ use argil_abi::{BIND_LINEAR, BIND_STORED, BIND_VOLUME};
 pub(crate) struct TraceMode {
     /// Unique name.
     pub name: &'static str,
+    /// Unique name of its passes with those of `MORE_LIGHT`.
+    pub more_name: &'static str,
     /// WGSL that traces rays.
     pub march: &'static str,
     /// WGSL of its bindings, and what else it needs.
@@ -30,8 +32,8 @@ pub(crate) struct TraceMode {
 /// How paths of light pass through a representation.
 #[derive(Debug)]
 pub(crate) struct PathMode {
-    /// Unique name.
-    pub name: &'static str,
+    /// Unique names: of its passes, and of those with the one for glass.
+    pub names: [&'static str; 2],
     /// WGSL that answers what paths ask, besides [`TraceMode::tables`].
     pub wgsl: &'static str,
     /// The bindings that it uses.

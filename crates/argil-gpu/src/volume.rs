@@ -2,6 +2,7 @@
 
 use crate::frame_extras::FrameExtras;
 use crate::path_buffers::PathWork;
+use crate::recording::MoreLight;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
@@ -193,7 +194,7 @@ impl GpuVolume {
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         // Compile now, and not when the first image is wanted.
-        field.picture(kind.way())?;
+        field.picture(kind.way(), MoreLight::default())?;
         let (view, sampler, uniform) = gpu.with_error_scope(|| {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -232,7 +233,7 @@ impl GpuVolume {
             return Ok((RenderOutput::empty(), 0.0));
         };
         let bound = self.bound(field.gpu(), first);
-        let passes = field.picture(self.kind.way())?;
+        let passes = field.picture(self.kind.way(), MoreLight::of(first))?;
         let extras = FrameExtras {
             drawing: None,
             marks: self.kind.marks(),

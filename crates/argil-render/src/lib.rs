@@ -28,7 +28,10 @@ mod srgb;
 mod surfaces;
 mod tile;
 mod tile_buffers;
+mod tones;
+mod toward_sun;
 mod trace;
+mod view_light;
 
 pub use bricks::LitBricks;
 pub use camera::Camera;
@@ -46,6 +49,7 @@ pub use render::{render, render_with_control, render_with_hits};
 pub use render_settings::{LookupStart, NormalSource, RenderMode, RenderSettings, frame_uniforms};
 pub use source::RenderSource;
 pub use trace::UnprunedField;
+pub use view_light::ViewLight;
 
 /// The WGSL twins. A module contains the camera, one tracer, what completes its hits, and light.
 pub mod wgsl {
@@ -127,6 +131,7 @@ pub mod wgsl {
         include_str!("path/sampler.wgsl"),
         include_str!("path/bsdf.wgsl"),
         include_str!("path/fog.wgsl"),
+        include_str!("path/scatter.wgsl"),
         include_str!("path/glass.wgsl"),
         include_str!("path/environment.wgsl"),
         include_str!("path/emitters.wgsl"),
@@ -151,5 +156,17 @@ pub mod wgsl {
     /// Converts colors to bytes, and counts, for a module of its own.
     pub const RESOLVE_SAMPLES: &str = include_str!("resolve_samples.wgsl");
     /// Light and colors.
-    pub const SHADE: &str = concat!(include_str!("background.wgsl"), include_str!("shade.wgsl"));
+    pub const SHADE: &str = concat!(
+        include_str!("background.wgsl"),
+        include_str!("tones.wgsl"),
+        include_str!("lamps.wgsl"),
+        include_str!("path/fog.wgsl"),
+        include_str!("shade.wgsl")
+    );
+    /// Passes before it, for images with lamps, fog or bent normals.
+    pub const MORE_LIGHT: &str = concat!(
+        include_str!("more_light.wgsl"),
+        include_str!("haze.wgsl"),
+        include_str!("bent.wgsl")
+    );
 }

@@ -8,7 +8,13 @@
 //! and a group of 4×4 pixels measures the sky where distances are linear for all of them (`sky.rs`). Shadows' rays
 //! march in batches, as primary ones do.
 
+mod bent;
+mod frame_fog;
+mod haze;
+mod lamps;
 mod light_source;
+mod lobes;
+mod more;
 pub(crate) mod reflect;
 mod sky;
 pub(crate) mod sun;
@@ -20,6 +26,7 @@ use crate::tile::Tile;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial, Hit};
 use argil_math::Aabb;
 pub(crate) use light_source::LightSource;
+use more::MoreLight;
 use sky::SkyScratch;
 pub use sun::SHADOW_STEPS;
 use sun::SunScratch;
@@ -39,6 +46,8 @@ pub(crate) struct Light {
     /// The visible fraction of the sun and of the sky, one per surface.
     pub sun: Vec<f32>,
     pub sky: Vec<f32>,
+    /// What only some images have.
+    pub more: MoreLight,
     /// The surfaces whose materials the field gives, and these.
     unresolved: Vec<u32>,
     found: Vec<GpuMaterial>,
@@ -65,6 +74,10 @@ impl Light {
             .gather(frame, surfaces, source, points, &mut self.sky);
         self.sun_scratch
             .gather(frame, surfaces, source, points, &mut self.sun);
+        let samples = (&self.surfaces, &self.sky_samples);
+        let (materials, sky) = (&self.materials, &mut self.sky);
+        self.more
+            .gather(frame, samples, materials, source, points, sky);
     }
 
     /// Looks up the materials. The ground has its own. The field gives what the source does not have.

@@ -11,6 +11,7 @@ use crate::probe::FieldProbe;
 use crate::render::{LIT_TOGETHER, SCRATCH, draw_tile};
 use crate::source::RenderSource;
 use crate::tile::Tile;
+use crate::view_light::has_more;
 use argil_abi::{self as abi, FrameUniform, Hit};
 use argil_field::Program;
 use argil_math::{Aabb, Ray};
@@ -101,7 +102,8 @@ impl LiveImage {
             ..*frame
         };
         let view: Vec<_> = frames.iter().map(boxless).collect();
-        let is_same = self.view == view && frames.len() <= LIT_TOGETHER;
+        // Lamps' shadows and light in fog come from anywhere.
+        let is_same = self.view == view && frames.len() <= LIT_TOGETHER && !has_more(first);
         if !is_same {
             self.size = [first.width, first.height];
             self.rgb.clear();

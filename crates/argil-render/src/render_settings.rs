@@ -1,4 +1,5 @@
 use crate::camera::{Camera, finite};
+use crate::view_light::ViewLight;
 use argil_abi::{self as abi, FrameUniform};
 use argil_field::Program;
 use argil_math::Aabb;
@@ -81,6 +82,8 @@ pub struct RenderSettings {
     pub ground: bool,
     /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
+    /// The light besides the sun's direction.
+    pub light: ViewLight,
 }
 
 impl Default for RenderSettings {
@@ -96,6 +99,7 @@ impl Default for RenderSettings {
             samples: 1,
             ground: false,
             sun_degrees: [60.0, 50.0],
+            light: ViewLight::default(),
         }
     }
 }
@@ -149,7 +153,7 @@ pub fn frame_uniforms(
     (0..samples)
         .map(|sample| {
             let [jitter_x, jitter_y] = offset(sample, samples);
-            FrameUniform {
+            let mut frame = FrameUniform {
                 eye: camera.eye.to_array(),
                 inv_lipschitz: 1.0 / program.lipschitz(),
                 right: (right * half_width).to_array(),
@@ -162,7 +166,6 @@ pub fn frame_uniforms(
                 epsilon,
                 box_max: bounds.max.to_array(),
                 normal_bias,
-                sun: toward_sun(settings.sun_degrees),
                 radius,
                 width,
                 height,
@@ -187,7 +190,10 @@ pub fn frame_uniforms(
                     LookupStart::Root => abi::DESCENT_ROOT,
                     LookupStart::Path => abi::DESCENT_PATH,
                 },
-            }
+                ..FrameUniform::default()
+            };
+            settings.light.write(settings.sun_degrees, &mut frame);
+            frame
         })
         .collect()
 }
@@ -211,16 +217,6 @@ fn ray_box(show: RenderMode, solid: Aabb, voxel_grid: Option<&VoxelGrid>, epsilo
     };
     let limit = Vec3::splat(argil_field::WORLD_LIMIT);
     Aabb::new(bounds.min.max(-limit), bounds.max.min(limit))
-}
-
-/// Returns the direction to the sun.
-pub(crate) fn toward_sun(azimuth_elevation_degrees: [f32; 2]) -> [f32; 3] {
-    let [azimuth, elevation] = azimuth_elevation_degrees.map(f32::to_radians);
-    [
-        elevation.cos() * azimuth.sin(),
-        elevation.sin(),
-        elevation.cos() * azimuth.cos(),
-    ]
 }
 
 fn mode_word(show: RenderMode) -> u32 {

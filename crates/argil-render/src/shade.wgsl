@@ -77,20 +77,15 @@ fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
     return mirror + (max(mirror, vec3(gloss)) - mirror) * (m2 * m2 * m);
 }
 
-// Returns the light that a surface sends toward the viewer.
-fn shade_surface(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f32) -> vec3<f32> {
+// Returns what a surface reflects toward the viewer of light from a direction, times its cosine.
+fn reflected_from(n: vec3<f32>, view: vec3<f32>, light: vec3<f32>, material: GpuMaterial) -> vec3<f32> {
     let base = material.base_roughness.xyz;
     let roughness = material.base_roughness.w;
     let metallic = material.emission_metallic.w;
-    let n = hit.normal_t.xyz;
-    let view = -ray.direction;
-    let sun = frame.sun;
     let facing = max(dot(n, view), 1e-3);
     let body = base * (1.0 - metallic);
     let mirror = mix(vec3(0.04), base, metallic);
-
-    // The sun.
-    let toward = sun + view;
+    let toward = light + view;
     let toward_length = length(toward);
     let halfway = select(vec3(0.0), toward / max(toward_length, 1e-20), toward_length > 0.0);
     let alpha = max(roughness * roughness, 0.01);
@@ -99,32 +94,68 @@ fn shade_surface(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: f
     let spread = peak * peak * (alpha2 - 1.0) + 1.0;
     let lobe = alpha2 / (PI * spread * spread);
     let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
-    let lit_height = max(dot(n, sun), 0.0);
-    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (lit_height * (1.0 - k) + k));
+    let height = max(dot(n, light), 0.0);
+    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (height * (1.0 - k) + k));
     let fresnel = schlick(mirror, max(dot(view, halfway), 0.0), 1.0);
-    let share = sunlit * sunlit * (3.0 - 2.0 * sunlit);
-    let direct = (body / PI + fresnel * (lobe * visibility)) * SUN_LIGHT * (lit_height * share * (PI * 0.5));
+    return (body / PI + fresnel * (lobe * visibility)) * height;
+}
+
+// Returns what a surface reflects of all lamps.
+fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, length: f32, material: GpuMaterial) -> vec3<f32> {
+    var sum = vec3(0.0);
+    for (var nth = 0u; nth < frame.lamp_count; nth++) {
+        let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
+        let lamp = lamp_at(nth, p + n * light_lift(length));
+        let passed = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
+        sum += reflected_from(n, view, lamp.direction, material) * lamp.light * (share * passed);
+    }
+    return sum;
+}
+
+// Returns light with that of the fog in front of it.
+fn through_fog(at: u32, light: vec3<f32>) -> vec3<f32> {
+    if frame.fog_density <= 0.0 {
+        return light;
+    }
+    let found = colors[layer_at(FOG_LAYER, at)];
+    let around = frame.zenith / 3.0 + frame.horizon * (11.0 / 48.0) + frame.nadir * (7.0 / 16.0);
+    let scattered = (found.xyz / f32(FOG_PLACES) + around) * frame.fog_albedo * (1.0 - found.w);
+    return light * found.w + scattered;
+}
+
+// Returns the light that a surface sends toward the viewer. `open` is where the sky's light comes from, and its share.
+fn shade_surface(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32, open: vec4<f32>) -> vec3<f32> {
+    let base = material.base_roughness.xyz;
+    let roughness = material.base_roughness.w;
+    let metallic = material.emission_metallic.w;
+    let n = hit.normal_t.xyz;
+    let view = -ray.direction;
+    let facing = max(dot(n, view), 1e-3);
+    let body = base * (1.0 - metallic);
+    let mirror = mix(vec3(0.04), base, metallic);
+
+    // The sun, and lamps.
+    let p = ray.origin + ray.direction * hit.normal_t.w;
+    let share = sunlit * sunlit * (3.0 - 2.0 * sunlit) * fog_transmitted(p, frame.sun, frame.far);
+    let direct = reflected_from(n, view, frame.sun, material) * frame.sun_light * (share * (PI * 0.5));
+    let lamps = lamp_light(at, p, n, view, hit.normal_t.w, material);
 
     // The sky.
-    let around = mix(NADIR, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let around = mix(frame.nadir, mix(frame.zenith, frame.horizon, 0.5), 0.5 + 0.5 * open.y);
     let reflected = ray.direction - n * (2.0 * dot(ray.direction, n));
     let gloss = 1.0 - roughness;
     let environment = mix(around, sky(reflected), gloss * gloss);
     let rim = schlick(mirror, facing, gloss);
-    let ambient = (body * around * 0.9 + rim * environment) * open;
+    let ambient = (body * around * 0.9 + rim * environment) * open.w;
 
     // Light reflected from below.
-    let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * open);
-    let color = direct + ambient + bounce + material.emission_metallic.xyz;
+    let below = frame.nadir * vec3(0.363636, 0.311111, 0.255319);
+    let bounce = body * below * ((0.5 - 0.5 * open.y) * open.w);
+    let color = direct + lamps + ambient + bounce + material.emission_metallic.xyz;
     if hit.kind != HIT_GROUND {
         return color;
     }
     return mix(color, sky(ray.direction), clamp(hit.normal_t.w / frame.far * 2.2, 0.0, 1.0));
-}
-
-fn tone_map(c: vec3<f32>) -> vec3<f32> {
-    let x = c * 0.5;
-    return clamp(x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14), vec3(0.0), vec3(1.0));
 }
 
 fn id_color(hit: Hit) -> vec3<f32> {
@@ -163,20 +194,22 @@ fn material_of(ray: Ray, hit: Hit) -> GpuMaterial {
     return surface_material(p, select(n, -n, hit.kind == HIT_INSIDE));
 }
 
-fn shaded(ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> vec3<f32> {
+fn shaded(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> vec3<f32> {
     if hit.kind == HIT_NONE {
-        return tone_map(sky(ray.direction));
+        return tone_map(through_fog(at, sky(ray.direction)));
     }
     let p = ray.origin + ray.direction * hit.normal_t.w;
     let n = hit.normal_t.xyz;
     let reach = tap_height(frame.radius, OCCLUSION_TAPS - 1u);
     let low = frame.box_min - reach;
     let high = frame.box_max + reach;
-    var open = 1.0;
-    if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
-        open = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
+    var open = vec4(n, 1.0);
+    if frame.has_bent_normals != 0u {
+        open = colors[layer_at(BENT_LAYER, at)];
+    } else if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
+        open.w = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
     }
-    return tone_map(shade_surface(ray, hit, material, sunlit, open));
+    return tone_map(through_fog(at, shade_surface(at, ray, hit, material, sunlit, open)));
 }
 
 fn put(at: u32, kind: u32, color: vec3<f32>) {
@@ -193,7 +226,7 @@ fn shade_pixel(x: u32, y: u32, sunlit: f32) {
         defer(at);
         return;
     }
-    put(at, hit.kind, shaded(ray, hit, material, sunlit));
+    put(at, hit.kind, shaded(at, ray, hit, material, sunlit));
 }
 
 // Shades hits with their materials.

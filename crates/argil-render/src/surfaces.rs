@@ -101,6 +101,19 @@ impl Surfaces {
         Vec3::new(x[i], y[i], z[i])
     }
 
+    /// Returns the direction of the primary ray.
+    #[inline]
+    pub(crate) fn ray(&self, i: usize) -> Vec3 {
+        let [x, y, z] = &self.direction;
+        Vec3::new(x[i], y[i], z[i])
+    }
+
+    /// Returns the position in the image, in pixels.
+    #[inline]
+    pub(crate) fn image_place(&self, i: usize) -> [f32; 2] {
+        [self.image[0][i], self.image[1][i]]
+    }
+
     /// Returns the points and the normals of some surfaces, axis by axis.
     #[inline]
     pub(crate) fn lanes(&self, range: Range<usize>) -> [&[f32]; 6] {

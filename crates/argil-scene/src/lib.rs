@@ -70,7 +70,7 @@ pub use import::ImportError;
 pub use influence::{blend_influence_radius, max_blend_propagation};
 pub use journal::{Journal, JournalError, RecoveredSession};
 pub use keyframe::{AxisAngle, Ease, Keyframe};
-pub use lighting::{Environment, Fog, Lens, Light, MAX_LIGHTS, ToneCurve};
+pub use lighting::{AmbientOcclusion, Environment, Fog, Lens, Light, MAX_LIGHTS, ToneCurve};
 pub use loaded_grid::LoadedGrid;
 pub use margins::MarginRequest;
 pub use material::Material;

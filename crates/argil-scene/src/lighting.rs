@@ -267,6 +267,18 @@ pub enum ToneCurve {
     None,
 }
 
+/// How the sky's light is reduced where surfaces are near, in images without paths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum AmbientOcclusion {
+    /// By distances along the normal.
+    #[default]
+    Normal,
+    /// By distances in six directions, which also tell from where light comes: the bent normal. It takes twice as many.
+    BentNormal,
+}
+
 /// A camera's lens: only what is at one distance is sharp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]

@@ -1,6 +1,6 @@
 use crate::lighting::check_lights;
 use crate::validation::{ValidationError, coordinate, each, within};
-use crate::{CameraPath, CameraPose, Environment, Fog, Lens, Light, ToneCurve};
+use crate::{AmbientOcclusion, CameraPath, CameraPose, Environment, Fog, Lens, Light, ToneCurve};
 use argil_math::Aabb;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -24,13 +24,13 @@ pub struct View {
     pub bounds: Option<[[f32; 3]; 2]>,
     /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
-    /// Lights of stills, up to 256. If they are missing, the sun.
+    /// Lights, up to 256. If they are missing, the sun. Images without paths have the first sun, and up to eight others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Vec<Light>>,
-    /// What is behind everything in stills.
+    /// What is behind everything. Images without paths have three colors of an image: from above, from the horizon and from below.
     #[serde(skip_serializing_if = "Environment::is_sky")]
     pub environment: Environment,
-    /// Fog in stills.
+    /// Fog around everything.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fog: Option<Fog>,
     /// The lens of stills. If it is missing, all is sharp.
@@ -40,8 +40,11 @@ pub struct View {
     #[serde(skip_serializing_if = "is_zero")]
     pub exposure: f32,
     /// How light becomes colors.
-    #[serde(skip_serializing_if = "is_default_tone")]
+    #[serde(skip_serializing_if = "is_default")]
     pub tone: ToneCurve,
+    /// How the sky's light is reduced where surfaces are near, in images without paths.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ambient_occlusion: AmbientOcclusion,
     /// Paths of cameras, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub paths: BTreeMap<String, CameraPath>,
@@ -61,6 +64,7 @@ impl Default for View {
             lens: None,
             exposure: 0.0,
             tone: ToneCurve::Aces,
+            ambient_occlusion: AmbientOcclusion::Normal,
             paths: BTreeMap::new(),
         }
     }
@@ -70,8 +74,8 @@ fn is_zero(value: &f32) -> bool {
     value.to_bits() == 0
 }
 
-fn is_default_tone(tone: &ToneCurve) -> bool {
-    *tone == ToneCurve::default()
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl View {

@@ -7,7 +7,7 @@ use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_math::Aabb;
 use argil_render::{
     Camera, LitBricks, LiveImage, RenderMode, RenderOutput, RenderSettings, RenderSource,
-    frame_uniforms,
+    ViewLight, frame_uniforms,
 };
 use argil_scene::CameraPose;
 use argil_volume::{Levels, Volume};
@@ -47,7 +47,8 @@ impl World {
             mode,
             samples: if mode == RenderMode::Shaded { 4 } else { 1 },
             ground: self.scene.view.ground && mode == RenderMode::Shaded,
-            sun_degrees: self.scene.view.sun_degrees,
+            sun_degrees: ViewLight::sun_degrees(&self.scene.view),
+            light: ViewLight::of_view(&self.scene.view),
             max_steps: match self.representation {
                 Representation::Field => FIELD_STEPS,
                 _ => VOLUME_STEPS,

@@ -8,7 +8,8 @@ use argil_abi::FrameUniform;
 use argil_gpu::{GpuProgram, PathWork};
 use argil_render::{
     Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
-    PathTables, PathView, RenderSettings, Still, StillOptions, continue_paths, frame_uniforms,
+    PathTables, PathView, RenderSettings, Still, StillOptions, ViewLight, continue_paths,
+    frame_uniforms,
 };
 use glam::Vec3;
 use std::path::Path;
@@ -69,6 +70,7 @@ impl World {
         // A still has samples of its own.
         let settings = RenderSettings {
             samples: 1,
+            light: ViewLight::of_view(&self.scene.view),
             ..*settings
         };
         crate::rendering::check(camera, &settings)?;

@@ -72,6 +72,10 @@ fn lights_of_a_kind_agree() -> Outcome {
             r#"{"type": "spot", "at": [0, 20, 0], "target": [0, 0, 0], "intensity": [400, 400, 400]}"#,
         ),
         (
+            "wide spot",
+            r#"{"type": "spot", "at": [0, 20, 0], "target": [0, 0, 0], "intensity": [400, 400, 400], "angle_degrees": 20, "radius": 0.5}"#,
+        ),
+        (
             "sun",
             r#"{"type": "sun", "direction_degrees": [0, 90], "irradiance": [1, 1, 1]}"#,
         ),

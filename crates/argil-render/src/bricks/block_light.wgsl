@@ -42,8 +42,10 @@ fn shade_plain(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = y * frame.width + id.x;
     let hit = hits[at];
     let ray = primary_ray(id.x, y);
-    let surface = shade_surface(ray, hit, ground_material(), sun_share_of(hit, id.x, y), 1.0);
-    put(at, hit.kind, tone_map(select(surface, sky(ray.direction), hit.kind == HIT_NONE)));
+    let sunlit = sun_share_of(hit, id.x, y);
+    let surface = shade_surface(at, ray, hit, ground_material(), sunlit, vec4(hit.normal_t.xyz, 1.0));
+    let light = select(surface, sky(ray.direction), hit.kind == HIT_NONE);
+    put(at, hit.kind, tone_map(through_fog(at, light)));
 }
 
 // Shades the other blocks.

@@ -20,5 +20,5 @@ fn shade_deferred(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = primary_ray(at % frame.width, at / frame.width);
     field_surface(ray.origin + ray.direction * hit.normal_t.w);
     let sunlit = sun_share_of(hit, at % frame.width, at / frame.width);
-    put(at, hit.kind, shaded(ray, hit, field_material, sunlit));
+    put(at, hit.kind, shaded(at, ray, hit, field_material, sunlit));
 }

@@ -12,15 +12,15 @@
 )]
 
 use super::Light;
+use super::lobes::{high, low, mix, reflected_from, schlick};
 use crate::surfaces::Surfaces;
+use crate::tones::{agx, tone_mapped};
 use argil_abi::{self as abi, FrameUniform};
 use glam::{Vec3, vec3};
 use multiversion::multiversion;
 
-const SUN_LIGHT: Vec3 = Vec3::from_array(argil_abi::SUN_LIGHT);
-const ZENITH: Vec3 = Vec3::from_array(argil_abi::ZENITH);
-const HORIZON: Vec3 = Vec3::from_array(argil_abi::HORIZON);
-const NADIR: Vec3 = Vec3::from_array(argil_abi::NADIR);
+/// Light that what is below reflects, as a share of the light from below.
+const BOUNCE: Vec3 = vec3(0.363_636, 0.311_111, 0.255_319);
 /// Surfaces that are computed together.
 const LANES: usize = 32;
 
@@ -28,6 +28,8 @@ const LANES: usize = 32;
 #[derive(Clone, Copy)]
 struct Lane {
     normal: Vec3,
+    /// Where the sky's light comes from, on average.
+    open: Vec3,
     view: Vec3,
     base: Vec3,
     roughness: f32,
@@ -42,6 +44,7 @@ struct Lane {
 /// Properties of some surfaces, as a structure of arrays.
 struct Lanes {
     normal: [[f32; LANES]; 3],
+    open: [[f32; LANES]; 3],
     view: [[f32; LANES]; 3],
     material: [[f32; LANES]; 8],
     sun: [f32; LANES],
@@ -52,6 +55,7 @@ struct Lanes {
 impl Lanes {
     const ZERO: Self = Self {
         normal: [[0.0; LANES]; 3],
+        open: [[0.0; LANES]; 3],
         view: [[0.0; LANES]; 3],
         material: [[0.0; LANES]; 8],
         sun: [0.0; LANES],
@@ -69,6 +73,8 @@ pub(crate) fn add_colors(frame: &FrameUniform, light: &Light, out: &mut [[f32; 4
         let n = LANES.min(surfaces.len() - first);
         lanes.load(frame, light, first, n);
         reflected(frame, &lanes, &mut colors);
+        light.more.add_to(first, n, &lanes.haze, &mut colors);
+        toned(frame, &mut colors);
         for i in 0..n {
             let kind = surfaces.kind[first + i];
             let covered = if kind == abi::HIT_GROUND { 0.0 } else { 1.0 };
@@ -81,6 +87,8 @@ pub(crate) fn add_colors(frame: &FrameUniform, light: &Light, out: &mut [[f32; 4
         let n = LANES.min(missed.len() - first);
         copy(&missed.direction, first, n, &mut lanes.view);
         skies(frame, &lanes, &mut colors);
+        light.more.add_to_sky(first, n, &mut colors);
+        toned(frame, &mut colors);
         for i in 0..n {
             let own = [colors[0][i], colors[1][i], colors[2][i], 0.0];
             add(frame, own, &mut out[missed.pixel[first + i] as usize]);
@@ -111,8 +119,13 @@ impl Lanes {
             ..
         } = &light.surfaces;
         copy(normal, first, n, &mut self.normal);
+        let open = light.more.bent_normals().unwrap_or(normal);
+        copy(open, first, n, &mut self.open);
         copy(direction, first, n, &mut self.view);
-        self.sun[..n].copy_from_slice(&light.sun[first..first + n]);
+        for (to, &share) in self.sun.iter_mut().zip(&light.sun[first..first + n]) {
+            *to = share * share * (3.0 - 2.0 * share);
+        }
+        light.more.dim_sun(first, &mut self.sun[..n]);
         self.sky[..n].copy_from_slice(&light.sky[first..first + n]);
         for i in 0..n {
             let material = &light.materials[first + i];
@@ -137,6 +150,7 @@ impl Lanes {
         let m = |k: usize| self.material[k][i];
         Lane {
             normal: of(&self.normal),
+            open: of(&self.open),
             view: of(&self.view),
             base: vec3(m(0), m(1), m(2)),
             roughness: m(3),
@@ -153,9 +167,7 @@ impl Lanes {
 fn reflected(frame: &FrameUniform, lanes: &Lanes, out: &mut [[f32; LANES]; 3]) {
     for i in 0..LANES {
         let color = surface(frame, &lanes.lane(i));
-        out[0][i] = tone_mapped(color.x);
-        out[1][i] = tone_mapped(color.y);
-        out[2][i] = tone_mapped(color.z);
+        (out[0][i], out[1][i], out[2][i]) = (color.x, color.y, color.z);
     }
 }
 
@@ -164,9 +176,35 @@ fn skies(frame: &FrameUniform, lanes: &Lanes, out: &mut [[f32; LANES]; 3]) {
     for i in 0..LANES {
         let direction = vec3(lanes.view[0][i], lanes.view[1][i], lanes.view[2][i]);
         let color = sky(frame, direction);
-        out[0][i] = tone_mapped(color.x);
-        out[1][i] = tone_mapped(color.y);
-        out[2][i] = tone_mapped(color.z);
+        (out[0][i], out[1][i], out[2][i]) = (color.x, color.y, color.z);
+    }
+}
+
+/// Applies the exposure and the tone curve.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
+fn toned(frame: &FrameUniform, colors: &mut [[f32; LANES]; 3]) {
+    let exposure = frame.exposure;
+    match frame.tone {
+        abi::TONE_ACES => {
+            for lanes in colors {
+                lanes
+                    .iter_mut()
+                    .for_each(|c| *c = tone_mapped(*c * exposure));
+            }
+        }
+        abi::TONE_AGX => {
+            let [r, g, b] = colors;
+            for ((r, g), b) in r.iter_mut().zip(g).zip(b) {
+                (*r, *g, *b) = agx(exposure * vec3(*r, *g, *b)).into();
+            }
+        }
+        _ => {
+            for lanes in colors {
+                lanes
+                    .iter_mut()
+                    .for_each(|c| *c = low(high(*c * exposure, 0.0), 1.0));
+            }
+        }
     }
 }
 
@@ -180,25 +218,12 @@ fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
     let mirror = mix(Vec3::splat(0.04), own.base, own.metallic);
 
     // The sun.
-    let height = high(n.dot(sun), 0.0);
-    let toward = sun + view;
-    let length = toward.dot(toward).sqrt();
-    let half = toward * (if length > 1e-20 { 1.0 / length } else { 0.0 });
-    let alpha = high(roughness * roughness, 0.01);
-    let alpha2 = alpha * alpha;
-    let peak = high(n.dot(half), 0.0);
-    let spread = peak * peak * (alpha2 - 1.0) + 1.0;
-    let lobe = alpha2 / (std::f32::consts::PI * spread * spread);
-    let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
-    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (height * (1.0 - k) + k));
-    let fresnel = schlick(mirror, high(view.dot(half), 0.0), 1.0);
-    let share = own.sun * own.sun * (3.0 - 2.0 * own.sun);
-    let direct = (body * std::f32::consts::FRAC_1_PI + fresnel * (lobe * visibility))
-        * SUN_LIGHT
-        * (height * share * std::f32::consts::FRAC_PI_2);
+    let light = Vec3::from_array(frame.sun_light) * (own.sun * std::f32::consts::FRAC_PI_2);
+    let direct = reflected_from(n, view, sun, (body, mirror, roughness)) * light;
 
     // The sky: its mean over the normal's half space for the body, and along the reflection for the mirror.
-    let around = mix(NADIR, mix(ZENITH, HORIZON, 0.5), 0.5 + 0.5 * n.y);
+    let [zenith, horizon, nadir] = [frame.zenith, frame.horizon, frame.nadir].map(Vec3::from_array);
+    let around = mix(nadir, mix(zenith, horizon, 0.5), 0.5 + 0.5 * own.open.y);
     let reflected = direction - n * (2.0 * direction.dot(n));
     let gloss = 1.0 - roughness;
     let environment = mix(around, sky(frame, reflected), gloss * gloss);
@@ -206,7 +231,7 @@ fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
     let ambient = (body * around * 0.9 + rim * environment) * own.sky;
 
     // Light reflected from below.
-    let bounce = body * vec3(0.16, 0.14, 0.12) * ((0.5 - 0.5 * n.y) * own.sky);
+    let bounce = body * (nadir * BOUNCE) * ((0.5 - 0.5 * own.open.y) * own.sky);
     let color = direct + ambient + bounce + own.emission;
     mix(color, sky(frame, direction), own.haze)
 }
@@ -215,11 +240,12 @@ fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
 #[inline(always)]
 pub(crate) fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let up = direction.y;
-    let above = mix(HORIZON, ZENITH, high(up, 0.0).sqrt());
-    let below = mix(HORIZON, NADIR, low(high(-up * 4.0, 0.0), 1.0));
+    let [zenith, horizon, nadir] = [frame.zenith, frame.horizon, frame.nadir].map(Vec3::from_array);
+    let above = mix(horizon, zenith, high(up, 0.0).sqrt());
+    let below = mix(horizon, nadir, low(high(-up * 4.0, 0.0), 1.0));
     // With a ground, only haze is visible below the horizon.
     let below = if frame.has_ground != 0 {
-        HORIZON
+        horizon
     } else {
         below
     };
@@ -227,46 +253,11 @@ pub(crate) fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let glow = high(direction.dot(Vec3::from_array(frame.sun)), 0.0);
     let glow2 = glow * glow;
     let glow8 = glow2 * glow2 * glow2 * glow2;
-    base + vec3(0.25, 0.18, 0.08) * (glow8 * glow8)
-}
-
-/// Returns Schlick's Fresnel term. The rim of a rough surface is darker.
-#[inline(always)]
-fn schlick(mirror: Vec3, cosine: f32, gloss: f32) -> Vec3 {
-    let m = low(high(1.0 - cosine, 0.0), 1.0);
-    let m2 = m * m;
-    let rim = vec3(
-        high(mirror.x, gloss),
-        high(mirror.y, gloss),
-        high(mirror.z, gloss),
-    );
-    mirror + (rim - mirror) * (m2 * m2 * m)
+    base + vec3(0.25, 0.18, 0.08) * (frame.glow * (glow8 * glow8))
 }
 
 #[inline(always)]
 fn select(which: bool, a: Vec3, b: Vec3) -> Vec3 {
     let own = |a: f32, b: f32| if which { a } else { b };
     vec3(own(a.x, b.x), own(a.y, b.y), own(a.z, b.z))
-}
-
-#[inline(always)]
-fn mix(a: Vec3, b: Vec3, share: f32) -> Vec3 {
-    a + (b - a) * share
-}
-
-#[inline(always)]
-pub(crate) fn tone_mapped(c: f32) -> f32 {
-    let x = c * 0.5;
-    let y = x * (x * 2.51 + 0.03) / (x * (x * 2.43 + 0.59) + 0.14);
-    low(high(y, 0.0), 1.0)
-}
-
-#[inline(always)]
-fn low(a: f32, b: f32) -> f32 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-fn high(a: f32, b: f32) -> f32 {
-    if b > a { b } else { a }
 }

@@ -1,22 +1,7 @@
 // GPU version of microfacets.rs, albedo.rs and bsdf.rs. Directions are in a frame whose z is the normal.
 
-const TAU: f32 = 6.2831853;
 const FRAC_1_PI: f32 = 0.31830989;
 const DIELECTRIC: f32 = 0.04;
-// Infinite densities, and lengths: nothing compares with them.
-const UNLIMITED: f32 = 1e30;
-
-// GPU version of any_orthonormal_pair in glam: columns across and along a unit vector, and the vector.
-fn axes_of(n: vec3<f32>) -> mat3x3<f32> {
-    let sign = select(1.0, -1.0, n.z < 0.0);
-    let a = -1.0 / (sign + n.z);
-    let b = n.x * n.y * a;
-    return mat3x3(
-        vec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-        vec3(b, sign + n.y * n.y * a, -n.y),
-        n,
-    );
-}
 
 fn facet_width(roughness: f32) -> f32 {
     return max(roughness * roughness, 1e-3);

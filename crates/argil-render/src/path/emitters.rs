@@ -98,6 +98,7 @@ impl SphereLight {
         (sine2 < 1.0).then(|| sine2 / (1.0 + (1.0 - sine2).sqrt()))
     }
 
+    /// Returns how bright each point of it is seen, in the direction away from it.
     fn radiance(&self, away: Vec3) -> Vec3 {
         self.intensity * (self.share(away) * FRAC_1_PI / (self.radius * self.radius))
     }
@@ -137,11 +138,10 @@ impl SphereLight {
         let distance = self
             .span(at, direction)
             .map_or(middle, |(near, _)| near.max(0.0));
-        let away = (at + distance * direction - self.center).normalize_or_zero();
         Some(EmitterPoint {
             direction,
             distance,
-            radiance: self.radiance(away),
+            radiance: self.radiance(-direction),
             density: 1.0 / (TAU * cap),
         })
     }
@@ -155,11 +155,10 @@ impl SphereLight {
         let (distance, _) = self
             .span(origin, direction)
             .filter(|(near, _)| *near > 0.0)?;
-        let away = (origin + distance * direction - self.center).normalize_or_zero();
         Some(EmitterPoint {
             direction,
             distance,
-            radiance: self.radiance(away),
+            radiance: self.radiance(-direction),
             density: 1.0 / (TAU * cap),
         })
     }

@@ -31,28 +31,11 @@ fn sun_sample(nth: u32, point: vec2<f32>) -> EmitterPoint {
     return EmitterPoint(normalize(direction), UNLIMITED, light.xyz / light.w, 1.0 / light.w);
 }
 
-// Returns the share of light that a sphere's cone lets through. A sphere without one has a full cosine below −1.
-fn cone_share(nth: u32, away: vec3<f32>) -> f32 {
-    let cone = light_row(nth, 2u);
-    let full = light_row(nth, 3u).x;
-    let cosine = dot(away, cone.xyz);
-    if cosine >= full {
-        return 1.0;
-    }
-    let t = clamp((cosine - cone.w) / max(full - cone.w, 1e-6), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-fn direction_or_zero(v: vec3<f32>) -> vec3<f32> {
-    let size = length(v);
-    return select(vec3(0.0), v / max(size, 1e-30), size > 0.0);
-}
-
 fn sphere_importance(nth: u32, p: vec3<f32>) -> f32 {
     let light = light_row(nth, 1u);
     let to = p - light_row(nth, 0u).xyz;
     let near = max(max(dot(to, to), light.w * light.w), 1e-12);
-    let share = 0.05 + 0.95 * cone_share(nth, direction_or_zero(to));
+    let share = 0.05 + 0.95 * cone_share(light_row(nth, 2u), light_row(nth, 3u).x, direction_or_zero(to));
     return dot(light.xyz, vec3(1.0)) * share / near;
 }
 
@@ -73,7 +56,7 @@ fn sphere_begin(center: vec3<f32>, radius: f32, origin: vec3<f32>, direction: ve
 
 fn sphere_radiance(nth: u32, away: vec3<f32>) -> vec3<f32> {
     let light = light_row(nth, 1u);
-    return light.xyz * (cone_share(nth, away) * FRAC_1_PI / (light.w * light.w));
+    return light.xyz * (cone_share(light_row(nth, 2u), light_row(nth, 3u).x, away) * FRAC_1_PI / (light.w * light.w));
 }
 
 fn sphere_sample(nth: u32, p: vec3<f32>, point: vec2<f32>) -> EmitterPoint {
@@ -86,7 +69,7 @@ fn sphere_sample(nth: u32, p: vec3<f32>, point: vec2<f32>) -> EmitterPoint {
     }
     let axis = to / sqrt(square);
     if light.w < LEAST_RADIUS {
-        return EmitterPoint(axis, sqrt(square), light.xyz * (cone_share(nth, -axis) / square), UNLIMITED);
+        return EmitterPoint(axis, sqrt(square), light.xyz * (cone_share(light_row(nth, 2u), light_row(nth, 3u).x, -axis) / square), UNLIMITED);
     }
     let cap = sphere_cap(light.w, square);
     if cap < 0.0 {
@@ -102,8 +85,7 @@ fn sphere_sample(nth: u32, p: vec3<f32>, point: vec2<f32>) -> EmitterPoint {
     if half2 > 0.0 {
         distance = max(distance - sqrt(half2), 0.0);
     }
-    let away = direction_or_zero(p + distance * direction - center);
-    return EmitterPoint(direction, distance, sphere_radiance(nth, away), 1.0 / (TAU * cap));
+    return EmitterPoint(direction, distance, sphere_radiance(nth, -direction), 1.0 / (TAU * cap));
 }
 
 fn sphere_met(nth: u32, origin: vec3<f32>, direction: vec3<f32>) -> EmitterPoint {
@@ -115,6 +97,5 @@ fn sphere_met(nth: u32, origin: vec3<f32>, direction: vec3<f32>) -> EmitterPoint
     if radius < LEAST_RADIUS || cap < 0.0 || distance <= 0.0 {
         return no_emitter();
     }
-    let away = direction_or_zero(origin + distance * direction - center);
-    return EmitterPoint(direction, distance, sphere_radiance(nth, away), 1.0 / (TAU * cap));
+    return EmitterPoint(direction, distance, sphere_radiance(nth, -direction), 1.0 / (TAU * cap));
 }

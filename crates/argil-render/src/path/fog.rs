@@ -12,7 +12,7 @@ use std::f32::consts::{PI, TAU};
 const EVEN: f32 = 1e-4;
 
 /// Returns the optical depth of a ray from a point, up to a length.
-pub(super) fn depth(fog: &Fog, origin: Vec3, direction: Vec3, length: f32) -> f32 {
+pub(crate) fn depth(fog: &Fog, origin: Vec3, direction: Vec3, length: f32) -> f32 {
     let density = density_at(fog, origin);
     let slope = fog.falloff * direction.y;
     let change = slope * length;
@@ -28,12 +28,12 @@ fn density_at(fog: &Fog, point: Vec3) -> f32 {
 }
 
 /// Returns the share of light that passes.
-pub(super) fn transmitted(fog: &Fog, origin: Vec3, direction: Vec3, length: f32) -> f32 {
+pub(crate) fn transmitted(fog: &Fog, origin: Vec3, direction: Vec3, length: f32) -> f32 {
     (-depth(fog, origin, direction, length)).exp()
 }
 
 /// Returns the length after which a ray has an optical depth. `None` if it never has.
-pub(super) fn length_of(fog: &Fog, origin: Vec3, direction: Vec3, depth: f32) -> Option<f32> {
+pub(crate) fn length_of(fog: &Fog, origin: Vec3, direction: Vec3, depth: f32) -> Option<f32> {
     let density = density_at(fog, origin);
     if density <= 0.0 {
         return None;
@@ -48,7 +48,7 @@ pub(super) fn length_of(fog: &Fog, origin: Vec3, direction: Vec3, depth: f32) ->
 }
 
 /// Returns the density of a scattered direction, which is also the share of light that goes there.
-pub(super) fn phase(anisotropy: f32, cosine: f32) -> f32 {
+pub(crate) fn phase(anisotropy: f32, cosine: f32) -> f32 {
     let g = anisotropy;
     let denominator = (1.0 + g * g - 2.0 * g * cosine).max(1e-6);
     (1.0 - g * g) / (2.0 * TAU * denominator * denominator.sqrt())

@@ -3,7 +3,7 @@
 const EVEN_FOG: f32 = 1e-4;
 
 fn fog_density_at(p: vec3<f32>) -> f32 {
-    return paths.fog_density * exp(min(-paths.fog_falloff * (p.y - paths.fog_height), 40.0));
+    return frame.fog_density * exp(min(-frame.fog_falloff * (p.y - frame.fog_height), 40.0));
 }
 
 // Returns 1 − exp(−x), without a difference of nearly equal numbers.
@@ -14,7 +14,7 @@ fn one_less_exp(x: f32) -> f32 {
 
 fn fog_depth(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
     let density = fog_density_at(origin);
-    let slope = paths.fog_falloff * direction.y;
+    let slope = frame.fog_falloff * direction.y;
     let change = slope * length;
     if abs(change) < EVEN_FOG {
         return density * length * (1.0 - 0.5 * change);
@@ -23,7 +23,7 @@ fn fog_depth(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
 }
 
 fn fog_transmitted(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
-    if paths.fog_density <= 0.0 {
+    if frame.fog_density <= 0.0 {
         return 1.0;
     }
     return exp(-fog_depth(origin, direction, length));
@@ -35,7 +35,7 @@ fn fog_length(origin: vec3<f32>, direction: vec3<f32>, depth: f32) -> f32 {
     if density <= 0.0 {
         return UNLIMITED;
     }
-    let slope = paths.fog_falloff * direction.y;
+    let slope = frame.fog_falloff * direction.y;
     let even = depth / density;
     if abs(slope * even) < EVEN_FOG {
         return even;
@@ -48,21 +48,7 @@ fn fog_length(origin: vec3<f32>, direction: vec3<f32>, depth: f32) -> f32 {
 }
 
 fn fog_phase(cosine: f32) -> f32 {
-    let g = paths.fog_anisotropy;
+    let g = frame.fog_anisotropy;
     let below = max(1.0 + g * g - 2.0 * g * cosine, 1e-6);
     return (1.0 - g * g) / (2.0 * TAU * below * sqrt(below));
-}
-
-// Chooses a direction that light is scattered to, and returns its density.
-fn fog_scattered(forward: vec3<f32>, point: vec2<f32>) -> vec4<f32> {
-    let g = paths.fog_anisotropy;
-    var cosine = 1.0 - 2.0 * point.x;
-    if abs(g) >= 1e-3 {
-        let share = (1.0 - g * g) / (1.0 - g + 2.0 * g * point.x);
-        cosine = clamp((1.0 + g * g - share * share) / (2.0 * g), -1.0, 1.0);
-    }
-    let side = sqrt(max(1.0 - cosine * cosine, 0.0));
-    let turn = TAU * point.y;
-    let direction = axes_of(forward) * vec3(side * cos(turn), side * sin(turn), cosine);
-    return vec4(normalize(direction), fog_phase(cosine));
 }

@@ -37,13 +37,6 @@ impl PathTables {
             is_transparent: u32::from(options.is_transparent),
             ..PathUniform::default()
         };
-        if let Some(fog) = view.fog {
-            uniform.fog_albedo = fog.albedo;
-            uniform.fog_density = fog.density;
-            uniform.fog_falloff = fog.falloff;
-            uniform.fog_height = fog.height;
-            uniform.fog_anisotropy = fog.anisotropy;
-        }
         if let Some(lens) = view.lens {
             (uniform.lens_radius, uniform.lens_focus) = (lens.radius, lens.focus);
         }

@@ -35,7 +35,7 @@ fn look_for(origin: vec3<f32>, point: EmitterPoint, arrives: vec3<f32>) {
 }
 
 fn turn_in_fog(length: f32) -> bool {
-    way.carried *= paths.fog_albedo;
+    way.carried *= frame.fog_albedo;
     if way.bounce == paths.max_bounces {
         return false;
     }
@@ -120,7 +120,7 @@ fn meet(hit: PathSurface) -> bool {
     let normal = seen_normal(flip * hit.shading_normal, outward, toward);
     add_light(way.carried * hit.material.emission_metallic.xyz);
     let own = bsdf_of(hit.material, normal, toward);
-    note_first(select(own.albedo, vec3(1.0), paths.fog_density > 0.0), normal, hit);
+    note_first(select(own.albedo, vec3(1.0), frame.fog_density > 0.0), normal, hit);
     if way.bounce == paths.max_bounces {
         return false;
     }

@@ -6,7 +6,7 @@ use super::emitters::{Cone, EmitterPoint, RectangleLight, SphereLight};
 use super::environment::EnvironmentMap;
 use super::sky::Sun;
 use crate::light::reflect::sky;
-use crate::render_settings::toward_sun;
+use crate::toward_sun::toward_sun;
 use argil_abi::{self as abi, FrameUniform, PathUniform};
 use argil_scene::{Environment, Light, View};
 use glam::Vec3;
@@ -281,6 +281,16 @@ impl PathLights {
 fn sun_of(frame: &FrameUniform) -> Sun {
     let irradiance = Vec3::from(argil_abi::SUN_LIGHT) * std::f32::consts::FRAC_PI_2;
     Sun::new(frame.sun.into(), irradiance, SUN_DEGREES)
+}
+
+/// Returns the rows of a light for shaders.
+pub(crate) fn lamp_rows(light: &Light) -> [[f32; 4]; 4] {
+    match PathLight::of(light) {
+        PathLight::Sun(own) => own.rows(),
+        PathLight::Sphere(own) => own.rows(),
+        PathLight::Rectangle(own) => own.rows(),
+        PathLight::Environment => [[0.0; 4]; 4],
+    }
 }
 
 impl PathLight {

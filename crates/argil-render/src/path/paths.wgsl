@@ -51,7 +51,7 @@ fn turn() -> bool {
     let hit = surface_met();
     var reach = select(UNLIMITED, hit.distance, hit.is_there);
     var length = UNLIMITED;
-    if paths.fog_density > 0.0 && way.is_inside == 0u {
+    if frame.fog_density > 0.0 && way.is_inside == 0u {
         length = fog_length(way.origin, way.direction, -log(1.0 - random_one()));
     }
     let is_in_fog = length < min(reach, frame.far);
@@ -67,7 +67,7 @@ fn turn() -> bool {
     if hit.is_there {
         return meet(hit);
     }
-    if way.bounce == 0u && paths.fog_density > 0.0 {
+    if way.bounce == 0u && frame.fog_density > 0.0 {
         way.albedo = vec3(1.0);
     }
     if way.bounce == 0u && paths.is_transparent != 0u {
