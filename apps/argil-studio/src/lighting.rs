@@ -6,7 +6,8 @@ use crate::segmented_control::choice;
 use crate::session::Session;
 use crate::values::{edit_fields, number};
 use argil::scene::{
-    Environment, Fog, Lens, Light, LoadedImage, MAX_LIGHTS, Scene, ToneCurve, View,
+    AmbientOcclusion, Environment, Fog, Lens, Light, LoadedImage, MAX_LIGHTS, Scene, ToneCurve,
+    View,
 };
 use eframe::egui;
 
@@ -19,7 +20,7 @@ pub(crate) struct Lighting {
 impl Lighting {
     /// Shows all that a view says of light, and changes it in steps that can be undone.
     pub(crate) fn ui(&self, session: &mut Session, ui: &mut egui::Ui) {
-        egui::CollapsingHeader::new("Light of stills")
+        egui::CollapsingHeader::new("Light")
             .id_salt("light")
             .show(ui, |ui| {
                 let before = &session.document.scene().view;
@@ -140,6 +141,15 @@ fn development(ui: &mut egui::Ui, view: &mut View) {
             };
             word.into()
         });
+    });
+    let kinds = [AmbientOcclusion::Normal, AmbientOcclusion::BentNormal];
+    let own = &mut view.ambient_occlusion;
+    choice(ui, "Ambient occlusion", own, kinds, |kind| {
+        let word = match kind {
+            AmbientOcclusion::Normal => "Along normals",
+            AmbientOcclusion::BentNormal => "Bent normals",
+        };
+        word.into()
     });
 }
 

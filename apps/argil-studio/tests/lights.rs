@@ -17,7 +17,7 @@ fn desk() -> Desk {
 #[test]
 fn lights_are_added_and_taken_back() {
     let mut desk = desk();
-    desk.click("Light of stills");
+    desk.click("Light");
     desk.click("Only the sun of the view");
     let kinds = |desk: &Desk| desk.scene().view.lights.clone().map(|all| all.len());
     assert_eq!(kinds(&desk), Some(1));

@@ -14,6 +14,8 @@ pub(crate) struct MoreLight {
     pub lamps: u32,
     pub has_fog: bool,
     pub has_bent_normals: bool,
+    /// Whether it has another tone curve than ACES.
+    pub has_tone: bool,
 }
 
 impl MoreLight {
@@ -26,6 +28,7 @@ impl MoreLight {
             lamps: frame.lamp_count,
             has_fog: frame.fog_density > 0.0,
             has_bent_normals: frame.has_bent_normals != 0,
+            has_tone: frame.tone != argil_abi::TONE_ACES,
         }
     }
 

@@ -138,14 +138,16 @@ impl RenderPasses {
         ]);
         binds.extend(way.binds);
         let layout = gpu.with_error_scope(|| layout(gpu, "Picture", &binds))?;
-        let all = pipelines(gpu, source.clone(), &layout, way.constants, ALL_MODES)?;
+        let mut constants = way.constants.to_vec();
+        constants.push(("HAS_MORE_LIGHT", f64::from(u8::from(has_more))));
+        let all = pipelines(gpu, source.clone(), &layout, &constants, ALL_MODES)?;
         let mut all = Vec::from(all);
         if way.has_cones {
-            let own = pipelines(gpu, source.clone(), &layout, way.constants, WITH_CONES)?;
+            let own = pipelines(gpu, source.clone(), &layout, &constants, WITH_CONES)?;
             all.extend(own);
         }
         if has_more {
-            let own = pipelines(gpu, source, &layout, way.constants, MORE_LIGHT)?;
+            let own = pipelines(gpu, source, &layout, &constants, MORE_LIGHT)?;
             all.extend(own);
         }
         Ok(Self {

@@ -103,6 +103,9 @@ fn reflected_from(n: vec3<f32>, view: vec3<f32>, light: vec3<f32>, material: Gpu
 // Returns what a surface reflects of all lamps.
 fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, length: f32, material: GpuMaterial) -> vec3<f32> {
     var sum = vec3(0.0);
+    if !HAS_MORE_LIGHT {
+        return sum;
+    }
     for (var nth = 0u; nth < frame.lamp_count; nth++) {
         let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
         let lamp = lamp_at(nth, p + n * light_lift(length));
@@ -114,7 +117,7 @@ fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, length: f32,
 
 // Returns light with that of the fog in front of it.
 fn through_fog(at: u32, light: vec3<f32>) -> vec3<f32> {
-    if frame.fog_density <= 0.0 {
+    if !HAS_MORE_LIGHT || frame.fog_density <= 0.0 {
         return light;
     }
     let found = colors[layer_at(FOG_LAYER, at)];
@@ -136,7 +139,10 @@ fn shade_surface(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32
 
     // The sun, and lamps.
     let p = ray.origin + ray.direction * hit.normal_t.w;
-    let share = sunlit * sunlit * (3.0 - 2.0 * sunlit) * fog_transmitted(p, frame.sun, frame.far);
+    var share = sunlit * sunlit * (3.0 - 2.0 * sunlit);
+    if HAS_MORE_LIGHT {
+        share *= fog_transmitted(p, frame.sun, frame.far);
+    }
     let direct = reflected_from(n, view, frame.sun, material) * frame.sun_light * (share * (PI * 0.5));
     let lamps = lamp_light(at, p, n, view, hit.normal_t.w, material);
 
@@ -204,7 +210,7 @@ fn shaded(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> ve
     let low = frame.box_min - reach;
     let high = frame.box_max + reach;
     var open = vec4(n, 1.0);
-    if frame.has_bent_normals != 0u {
+    if HAS_MORE_LIGHT && frame.has_bent_normals != 0u {
         open = colors[layer_at(BENT_LAYER, at)];
     } else if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
         open.w = ambient_occlusion(p, n, reach_at(hit.normal_t.w));

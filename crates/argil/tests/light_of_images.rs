@@ -95,3 +95,22 @@ fn images_have_the_light_of_stills() -> Outcome {
     }
     Ok(())
 }
+
+/// Edits of views reach images of a world that is already built.
+#[test]
+fn edits_of_lights_reach_images() -> Outcome {
+    let mut scene = scene(r#""ground": false"#, FLOOR)?;
+    let mut world = Engine::cpu().build(&scene)?.bricks(32)?;
+    let settings = |world: &World| world.render_settings([8, 8], RenderMode::Shaded);
+    let before = world.render(&world.camera(), &settings(&world))?.rgb;
+    let mut view = scene.view.clone();
+    view.lights = Some(Vec::new());
+    view.environment = argil::scene::Environment::Color { radiance: [0.0; 3] };
+    scene.apply(Edit::SetView {
+        view: Box::new(view),
+    })?;
+    world.apply(&scene)?;
+    let after = world.render(&world.camera(), &settings(&world))?.rgb;
+    assert!(before.iter().all(|&c| c > 50) && after.iter().all(|&c| c == 0));
+    Ok(())
+}
