@@ -124,7 +124,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
 /// in fog.
 fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
     let first = first_more(way);
-    let lights_in_fog = FOG_PLACES * (1 + key.more.lamps);
+    let lights_in_fog = FOG_PLACES * (2 + key.more.lamps);
     let counts = [
         ("Shade::lamps", key.more.lamps),
         ("Shade::fog", u32::from(key.more.has_fog) * lights_in_fog),

@@ -18,18 +18,24 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = primary_ray(id.x, y);
     let reach = select(hit.normal_t.w, ENDLESS, hit.kind == HIT_NONE);
     let passed = exp(-fog_depth(ray.origin, ray.direction, reach));
-    let lights = 1u + frame.lamp_count;
+    // The sun, the sky, and all lamps.
+    let lights = 2u + frame.lamp_count;
     let place = (f32(frame.first_step / lights) + haze_noise(id.x, y)) / f32(FOG_PLACES);
     let depth = -log(1.0 - place * (1.0 - passed));
     let length = min(fog_length(ray.origin, ray.direction, depth), reach);
     let p = ray.origin + ray.direction * length;
     var lamp = LampLight(frame.sun, UNLIMITED, frame.sun_light * (0.5 * PI), SHADOW_SHARPNESS);
     let nth = frame.first_step % lights;
-    if nth > 0u {
-        lamp = lamp_at(nth - 1u, p);
+    let is_sky = nth == 1u;
+    if is_sky {
+        let mean = frame.zenith / 3.0 + frame.horizon * (11.0 / 48.0) + frame.nadir * (7.0 / 16.0);
+        lamp = LampLight(vec3(0.0, 1.0, 0.0), UNLIMITED, mean, 1.0);
+    } else if nth > 1u {
+        lamp = lamp_at(nth - 2u, p);
     }
-    let share = lamp_share(p, lamp, light_step(length)) * fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
-    let own = lamp.light * (fog_phase(dot(ray.direction, lamp.direction)) * share);
+    let phase = fog_phase(dot(ray.direction, lamp.direction));
+    let passed_there = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
+    let own = lamp.light * (lamp_share(p, lamp, light_step(length)) * select(phase * passed_there, 1.0, is_sky));
     let index = layer_at(FOG_LAYER, at);
     let before = select(colors[index].xyz, vec3(0.0), frame.first_step == 0u);
     colors[index] = vec4(before + own, passed);

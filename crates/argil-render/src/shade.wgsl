@@ -121,9 +121,7 @@ fn through_fog(at: u32, light: vec3<f32>) -> vec3<f32> {
         return light;
     }
     let found = colors[layer_at(FOG_LAYER, at)];
-    let around = frame.zenith / 3.0 + frame.horizon * (11.0 / 48.0) + frame.nadir * (7.0 / 16.0);
-    let scattered = (found.xyz / f32(FOG_PLACES) + around) * frame.fog_albedo * (1.0 - found.w);
-    return light * found.w + scattered;
+    return light * found.w + found.xyz / f32(FOG_PLACES) * frame.fog_albedo * (1.0 - found.w);
 }
 
 // Returns the light that a surface sends toward the viewer. `open` is where the sky's light comes from, and its share.

@@ -17,6 +17,8 @@ use argil_abi::{self as abi, FrameUniform};
 use glam::{Vec3, Vec4};
 use std::f32::consts::FRAC_PI_2;
 
+/// Of the sky's shadow: the reciprocal of the tangent of half its angle.
+const SKY_SHARPNESS: f32 = 1.0;
 /// The length of rays that meet nothing.
 const ENDLESS: f32 = 1e6;
 
@@ -27,10 +29,15 @@ pub(super) fn noise([x, y]: [f32; 2]) -> f32 {
     (own.fract() + (x - column) + 0.37 * (y - row)).fract()
 }
 
-/// Returns the sky's light at a place in fog: the mean over all directions.
-fn sky_light(frame: &FrameUniform) -> Vec3 {
+/// Returns the sky's light at a place in fog: the mean over all directions, as far as the way up is free.
+fn sky_light(frame: &FrameUniform) -> LampLight {
     let [zenith, horizon, nadir] = [frame.zenith, frame.horizon, frame.nadir].map(Vec3::from);
-    zenith / 3.0 + horizon * (11.0 / 48.0) + nadir * (7.0 / 16.0)
+    LampLight {
+        direction: Vec3::Y,
+        distance: f32::MAX,
+        light: zenith / 3.0 + horizon * (11.0 / 48.0) + nadir * (7.0 / 16.0),
+        sharpness: SKY_SHARPNESS,
+    }
 }
 
 fn sun_light(frame: &FrameUniform) -> LampLight {
@@ -77,7 +84,7 @@ pub(super) fn gather(
         };
         let lengths: Vec<f32> = (0..samples.len()).map(place).collect();
         let at = |i: usize| eye + lengths[i] * samples.ray(i);
-        let mut add = |lamp_of: &dyn Fn(Vec3) -> LampLight| {
+        let mut add = |lamp_of: &dyn Fn(Vec3) -> LampLight, is_sky: bool| {
             rays.clear();
             for (i, &length) in lengths.iter().enumerate() {
                 let lamp = lamp_of(at(i));
@@ -90,19 +97,23 @@ pub(super) fn gather(
             rays.march(frame, source, points);
             for (i, &share) in rays.shares.iter().enumerate() {
                 let lamp = lamp_of(at(i));
-                let phase = fog::phase(own.anisotropy, samples.ray(i).dot(lamp.direction));
-                let share = share * passed(frame, at(i), lamp.direction, lamp.distance);
-                out[i] += (lamp.light * (phase * share)).extend(0.0);
+                let factor = if is_sky {
+                    1.0
+                } else {
+                    fog::phase(own.anisotropy, samples.ray(i).dot(lamp.direction))
+                        * passed(frame, at(i), lamp.direction, lamp.distance)
+                };
+                out[i] += (lamp.light * (factor * share)).extend(0.0);
             }
         };
-        add(&|_| sun_light(frame));
+        add(&|_| sun_light(frame), false);
+        add(&|_| sky_light(frame), true);
         for rows in lamps.clone() {
-            add(&|p| lamp_at(rows, p));
+            add(&|p| lamp_at(rows, p), false);
         }
     }
-    let sky = sky_light(frame);
     for own in out.iter_mut() {
-        let light = own.truncate() / abi::FOG_PLACES as f32 + sky;
+        let light = own.truncate() / abi::FOG_PLACES as f32;
         let scattered = light * Vec3::from(frame.fog_albedo) * (1.0 - own.w);
         *own = scattered.extend(own.w);
     }
