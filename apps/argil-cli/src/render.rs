@@ -3,7 +3,7 @@
 use crate::args::RenderArgs;
 use crate::{input, output};
 use anyhow::Context;
-use argil::render::{Camera, RenderMode, RenderSettings};
+use argil::render::{Camera, RenderMode, RenderSettings, ViewLight};
 use argil::scene::{CameraPath, Scene};
 use argil::volume::{FillStats, Levels};
 use argil::{Orbit, RenderedImage, Representation, World};
@@ -37,6 +37,13 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     if options.show == RenderMode::Shaded {
         let folder = options.scene.parent().unwrap_or(Path::new("."));
         world.load_environment(folder, options.on.allow_external_meshes)?;
+        let left_out = ViewLight::left_out(world.view());
+        if left_out > 0 {
+            eprintln!(
+                "warning: {}: images have the first sun and eight other lights, and leave out {left_out}: add --integrator path for all",
+                options.scene.display()
+            );
+        }
     }
     if options.specialize {
         anyhow::ensure!(

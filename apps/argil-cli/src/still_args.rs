@@ -23,7 +23,7 @@ pub(crate) struct StillArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
     /// Paths: stop after this time, after whole passes
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time_limit: Option<f32>,
     /// Paths: remove noise, by surfaces' normals, distances and colors
     #[arg(long)]

@@ -94,7 +94,9 @@ pub enum GpuError {
         limit: u64,
     },
     /// Paths of light do not pass through a representation.
-    #[error("paths pass through the field, bricks and dense volumes, and not through {name}")]
+    #[error(
+        "paths pass through the field, bricks and dense volumes, and not through {name}: choose one of these"
+    )]
     NoPaths {
         /// Name of the representation.
         name: &'static str,

@@ -7,6 +7,13 @@ fn haze_noise(x: u32, y: u32) -> f32 {
     return fract(fract(own) + frame.jitter_x + 0.37 * frame.jitter_y);
 }
 
+// Returns the share of the sky's light that comes through the fog above a point.
+fn sky_passed(p: vec3<f32>) -> vec3<f32> {
+    let depth = fog_depth(p, vec3(0.0, 1.0, 0.0), frame.far);
+    let lost = 1.0 - frame.fog_albedo;
+    return exp(-sqrt(max(3.0 * lost * (1.0 - frame.fog_albedo * frame.fog_anisotropy), vec3(0.0))) * depth);
+}
+
 @compute @workgroup_size(8, 8)
 fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -35,7 +42,8 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let phase = fog_phase(dot(ray.direction, lamp.direction));
     let passed_there = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
-    let own = lamp.light * (lamp_share(p, lamp, light_step(length)) * select(phase * passed_there, 1.0, is_sky));
+    let factor = select(vec3(phase * passed_there), sky_passed(p), is_sky);
+    let own = lamp.light * factor * lamp_share(p, lamp, light_step(length));
     let index = layer_at(FOG_LAYER, at);
     let before = select(colors[index].xyz, vec3(0.0), frame.first_step == 0u);
     colors[index] = vec4(before + own, passed);

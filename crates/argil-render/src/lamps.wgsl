@@ -31,9 +31,35 @@ fn lamp_at(nth: u32, p: vec3<f32>) -> LampLight {
         let own = light.xyz * (share / max(square, light.w * light.w));
         return LampLight(direction, distance, own, soft(distance / max(light.w, 1e-6)));
     }
-    let cosine = max(-dot(direction, cross(first.xyz, second.xyz)), 0.0);
-    let angle = min(4.0 * first.w * second.w * cosine / square, PI);
-    return LampLight(direction, distance, light.xyz * angle, soft(distance / max(0.5 * (first.w + second.w), 1e-6)));
+    let flow = rectangle_flow(to, first.xyz * first.w, second.xyz * second.w);
+    let size = length(flow);
+    let own = select(direction, flow / max(size, 1e-30), size > 0.0);
+    return LampLight(own, distance, light.xyz * size, soft(distance / max(0.5 * (first.w + second.w), 1e-6)));
+}
+
+// Returns the direction from which a rectangle shines on average, times what a surface receives that faces it.
+fn rectangle_flow(to: vec3<f32>, width: vec3<f32>, height: vec3<f32>) -> vec3<f32> {
+    var sum = vec3(0.0);
+    if dot(to, cross(width, height)) >= 0.0 {
+        return sum;
+    }
+    var a = direction_or_zero(to - width - height);
+    for (var nth = 0u; nth < 4u; nth++) {
+        let next = vec2(select(-1.0, 1.0, nth == 1u || nth == 2u), select(-1.0, 1.0, nth < 2u));
+        let b = direction_or_zero(to + next.x * width + next.y * height);
+        let across = cross(a, b);
+        let sine = length(across);
+        // Narrow sides are as long as their angle.
+        let ratio = select(1.0, atan2(sine, dot(a, b)) / max(sine, 1e-30), sine > 1e-4);
+        sum += 0.5 * ratio * across;
+        a = b;
+    }
+    return sum;
+}
+
+// Returns where a lamp's shadow begins that is seen from a surface: above it, but not beyond the lamp.
+fn shadow_start(p: vec3<f32>, n: vec3<f32>, lift: f32, lamp: LampLight) -> vec3<f32> {
+    return p + n * min(lift, 0.05 * lamp.distance);
 }
 
 // Returns the index of a pixel in a layer of the colors.

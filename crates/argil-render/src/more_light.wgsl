@@ -32,8 +32,9 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let hit = hits[at];
     let ray = primary_ray(id.x, y);
     let length = hit.normal_t.w;
-    let origin = ray.origin + ray.direction * length + hit.normal_t.xyz * light_lift(length);
-    let lamp = lamp_at(frame.first_step, origin);
+    let p = ray.origin + ray.direction * length;
+    let lamp = lamp_at(frame.first_step, p);
+    let origin = shadow_start(p, hit.normal_t.xyz, light_lift(length), lamp);
     var share = 0.0;
     if hit.kind != HIT_NONE && dot(hit.normal_t.xyz, lamp.direction) > 0.0 {
         share = lamp_share(origin, lamp, light_step(length));

@@ -101,14 +101,14 @@ fn reflected_from(n: vec3<f32>, view: vec3<f32>, light: vec3<f32>, material: Gpu
 }
 
 // Returns what a surface reflects of all lamps.
-fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, length: f32, material: GpuMaterial) -> vec3<f32> {
+fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, material: GpuMaterial) -> vec3<f32> {
     var sum = vec3(0.0);
     if !HAS_MORE_LIGHT {
         return sum;
     }
     for (var nth = 0u; nth < frame.lamp_count; nth++) {
         let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
-        let lamp = lamp_at(nth, p + n * light_lift(length));
+        let lamp = lamp_at(nth, p);
         let passed = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
         sum += reflected_from(n, view, lamp.direction, material) * lamp.light * (share * passed);
     }
@@ -142,7 +142,7 @@ fn shade_surface(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32
         share *= fog_transmitted(p, frame.sun, frame.far);
     }
     let direct = reflected_from(n, view, frame.sun, material) * frame.sun_light * (share * (PI * 0.5));
-    let lamps = lamp_light(at, p, n, view, hit.normal_t.w, material);
+    let lamps = lamp_light(at, p, n, view, material);
 
     // The sky.
     let around = mix(frame.nadir, mix(frame.zenith, frame.horizon, 0.5), 0.5 + 0.5 * open.y);

@@ -91,6 +91,16 @@ impl ViewLight {
         own
     }
 
+    /// Returns how many lights of a view an image leaves out, because it has one sun and eight others.
+    pub fn left_out(view: &View) -> usize {
+        let lights = view.lights.as_deref().unwrap_or_default();
+        let has_sun = lights
+            .iter()
+            .any(|light| matches!(light, Light::Sun { .. }));
+        let shown = abi::MAX_LAMPS as usize + usize::from(has_sun);
+        lights.len().saturating_sub(shown)
+    }
+
     /// Returns the direction of a view's sun, as azimuth and elevation in degrees.
     pub fn sun_degrees(view: &View) -> [f32; 2] {
         let mut lights = view.lights.iter().flatten();

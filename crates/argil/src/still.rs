@@ -25,7 +25,9 @@ pub enum StillError {
     #[error(transparent)]
     Render(#[from] RenderError),
     /// The representation has nothing that paths pass through.
-    #[error("paths pass through the field, bricks and dense volumes, and not through {0}")]
+    #[error(
+        "paths pass through the field, bricks and dense volumes, and not through {0}: choose one of these"
+    )]
     Representation(&'static str),
     /// A still that is to be refined has another size than the settings.
     #[error("the still has another size than the settings")]

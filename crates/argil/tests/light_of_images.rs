@@ -79,6 +79,10 @@ fn images_have_the_light_of_stills() -> Outcome {
             r#"{"type": "area", "at": [-1, 2, 0.5], "target": [0, 0, 0], "size": [0.4, 0.3], "radiance": [60, 60, 60]}"#,
         ),
         (
+            "near area",
+            r#"{"type": "area", "at": [-0.6, 0.9, 0.2], "target": [0, 0, 0], "size": [1.2, 0.8], "radiance": [2, 2, 2]}"#,
+        ),
+        (
             "sun",
             r#"{"type": "sun", "direction_degrees": [30, 50], "irradiance": [2, 2, 2], "angle_degrees": 4}"#,
         ),
@@ -112,5 +116,22 @@ fn edits_of_lights_reach_images() -> Outcome {
     world.apply(&scene)?;
     let after = world.render(&world.camera(), &settings(&world))?.rgb;
     assert!(before.iter().all(|&c| c > 50) && after.iter().all(|&c| c == 0));
+    Ok(())
+}
+
+/// A lamp is as bright in a wide scene as in a small one.
+#[test]
+fn lamps_do_not_depend_on_the_size_of_the_scene() -> Outcome {
+    let light = r#""lights": [{"type": "point", "at": [0.3, 0.8, 0], "intensity": [1, 1, 1]}],
+        "environment": {"type": "color", "radiance": [0, 0, 0]}, "tone": "none""#;
+    let floor = |half: &str| FLOOR.replace("[30, 0.5, 30]", &format!("[{half}, 0.5, {half}]"));
+    let small = mean_of_image(&scene(light, &floor("2"))?)?;
+    for half in ["30", "300"] {
+        let wide = mean_of_image(&scene(light, &floor(half))?)?;
+        assert!(
+            (wide / small - 1.0).abs() < 0.02,
+            "{half}: {wide}, and {small}"
+        );
+    }
     Ok(())
 }

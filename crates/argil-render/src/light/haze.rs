@@ -14,6 +14,7 @@ use crate::path::fog;
 use crate::ray_batch::Points;
 use crate::surfaces::Surfaces;
 use argil_abi::{self as abi, FrameUniform};
+use argil_scene::Fog;
 use glam::{Vec3, Vec4};
 use std::f32::consts::FRAC_PI_2;
 
@@ -38,6 +39,16 @@ fn sky_light(frame: &FrameUniform) -> LampLight {
         light: zenith / 3.0 + horizon * (11.0 / 48.0) + nadir * (7.0 / 16.0),
         sharpness: SKY_SHARPNESS,
     }
+}
+
+/// Returns the share of the sky's light that comes through the fog above a point. Light that is scattered again and again is lost
+/// more slowly than light from one direction (diffusion: Ishimaru, "Wave propagation and scattering in random media", 1978).
+fn sky_passed(own: &Fog, p: Vec3, far: f32) -> Vec3 {
+    let depth = fog::depth(own, p, Vec3::Y, far);
+    Vec3::from(own.albedo).map(|albedo| {
+        let rate = (3.0 * (1.0 - albedo) * (1.0 - albedo * own.anisotropy)).max(0.0);
+        (-rate.sqrt() * depth).exp()
+    })
 }
 
 fn sun_light(frame: &FrameUniform) -> LampLight {
@@ -98,12 +109,12 @@ pub(super) fn gather(
             for (i, &share) in rays.shares.iter().enumerate() {
                 let lamp = lamp_of(at(i));
                 let factor = if is_sky {
-                    1.0
+                    sky_passed(&own, at(i), frame.far)
                 } else {
-                    fog::phase(own.anisotropy, samples.ray(i).dot(lamp.direction))
-                        * passed(frame, at(i), lamp.direction, lamp.distance)
+                    let phase = fog::phase(own.anisotropy, samples.ray(i).dot(lamp.direction));
+                    Vec3::splat(phase * passed(frame, at(i), lamp.direction, lamp.distance))
                 };
-                out[i] += (lamp.light * (factor * share)).extend(0.0);
+                out[i] += (lamp.light * factor * share).extend(0.0);
             }
         };
         add(&|_| sun_light(frame), false);

@@ -1,6 +1,6 @@
 //! Lamps: lights besides the sun. `lamps.wgsl` is the twin.
 //!
-//! *Theory.* A surface receives the light of a lamp's middle. Its shadow is as soft as the lamp looks wide from there: a ray's
+//! *Theory.* A surface receives the light of a sphere's middle, and of all of a rectangle. Its shadow is as soft as the lamp looks wide from there: a ray's
 //! share is the smallest ratio of distance to way, times the distance of the lamp over its radius (after Quilez, "Soft shadows in
 //! raymarched SDFs", 2010).
 
@@ -13,7 +13,6 @@ use crate::surfaces::Surfaces;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial};
 use argil_math::Ray;
 use glam::Vec3;
-use std::f32::consts::PI;
 
 /// Reciprocals of the tangents of the widest and the narrowest penumbra's half angle.
 const SHARPNESS: [f32; 2] = [3.0, 200.0];
@@ -49,22 +48,59 @@ pub(super) fn lamp_at(rows: &[[f32; 4]], p: Vec3) -> LampLight {
     let square = to.length_squared().max(1e-12);
     let distance = square.sqrt();
     let direction = to / distance;
-    let (light, radius) = if kind == abi::LIGHT_SPHERE {
+    if kind == abi::LIGHT_SPHERE {
         let radius = rows[1][3];
         let share = cone_share(rows, -direction);
-        (xyz(1) * (share / square.max(radius * radius)), radius)
-    } else {
-        let (half_width, half_height) = (rows[2][3], rows[3][3]);
-        let cosine = (-direction.dot(xyz(2).cross(xyz(3)))).max(0.0);
-        let angle = (4.0 * half_width * half_height * cosine / square).min(PI);
-        (xyz(1) * angle, 0.5 * (half_width + half_height))
-    };
-    LampLight {
-        direction,
-        distance,
-        light,
-        sharpness: soft(distance / radius.max(1e-6)),
+        return LampLight {
+            direction,
+            distance,
+            light: xyz(1) * (share / square.max(radius * radius)),
+            sharpness: soft(distance / radius.max(1e-6)),
+        };
     }
+    let flow = rectangle_flow(rows, to);
+    let size = flow.length();
+    LampLight {
+        direction: if size > 0.0 { flow / size } else { direction },
+        distance,
+        light: xyz(1) * size,
+        sharpness: soft(distance / (0.5 * (rows[2][3] + rows[3][3])).max(1e-6)),
+    }
+}
+
+/// Returns the direction from which a rectangle shines on average, times what a surface receives that faces it, for a radiance of 1: a sum
+/// over its sides (Lambert 1760). `to` leads to its center.
+fn rectangle_flow(rows: &[[f32; 4]], to: Vec3) -> Vec3 {
+    let [width, height] = [2, 3].map(|row: usize| Vec3::from_slice(&rows[row]) * rows[row][3]);
+    if to.dot(width.cross(height)) >= 0.0 {
+        return Vec3::ZERO;
+    }
+    let corners = [
+        to - width - height,
+        to - width + height,
+        to + width + height,
+        to + width - height,
+    ]
+    .map(Vec3::normalize_or_zero);
+    let mut sum = Vec3::ZERO;
+    for nth in 0..4 {
+        let (a, b) = (corners[nth], corners[(nth + 1) % 4]);
+        let across = a.cross(b);
+        let sine = across.length();
+        // Narrow sides are as long as their angle.
+        let ratio = if sine > 1e-4 {
+            sine.atan2(a.dot(b)) / sine
+        } else {
+            1.0
+        };
+        sum += 0.5 * ratio * across;
+    }
+    sum
+}
+
+/// Returns where a lamp's shadow begins that is seen from a surface: above it, but not beyond the lamp.
+fn shadow_start(p: Vec3, n: Vec3, lift: f32, lamp: &LampLight) -> Vec3 {
+    p + n * lift.min(0.05 * lamp.distance)
 }
 
 /// Returns the share of a sphere's light that its cone lets through.
@@ -201,9 +237,9 @@ pub(super) fn gather(
     for rows in frame.lamps.chunks(4).take(frame.lamp_count as usize) {
         rays.clear();
         for i in 0..surfaces.len() {
-            let (n, length) = (surfaces.normal(i), surfaces.length[i]);
-            let origin = surfaces.point(i) + n * lift.at(length);
-            let lamp = lamp_at(rows, origin);
+            let (p, n, length) = (surfaces.point(i), surfaces.normal(i), surfaces.length[i]);
+            let lamp = lamp_at(rows, p);
+            let origin = shadow_start(p, n, lift.at(length), &lamp);
             if n.dot(lamp.direction) > 0.0 && lamp.light.max_element() > 0.0 {
                 rays.push(frame, origin, &lamp, step.at(length));
             } else {
@@ -218,15 +254,15 @@ pub(super) fn gather(
             .filter(|(_, share)| **share > 0.0)
         {
             let n = surfaces.normal(i);
-            let origin = surfaces.point(i) + n * lift.at(surfaces.length[i]);
-            let lamp = lamp_at(rows, origin);
+            let p = surfaces.point(i);
+            let lamp = lamp_at(rows, p);
             let [r, g, b, roughness] = materials[i].base_roughness;
             let (base, metallic) = (Vec3::new(r, g, b), materials[i].emission_metallic[3]);
             let body = base * (1.0 - metallic);
             let mirror = mix(Vec3::splat(0.04), base, metallic);
             let view = -surfaces.ray(i);
             let reflected = reflected_from(n, view, lamp.direction, (body, mirror, roughness));
-            let clear = passed(frame, origin, lamp.direction, lamp.distance);
+            let clear = passed(frame, p, lamp.direction, lamp.distance);
             out[i] += reflected * lamp.light * (share * clear);
         }
     }

@@ -237,7 +237,8 @@ impl Integrator<'_> {
             return false;
         }
         let start = hit.point + outward * lift;
-        let light = self.lights.sample(start, sampler.one(), sampler.pair());
+        // In wide scenes, rays begin far above the surface.
+        let light = self.lights.sample(hit.point, sampler.one(), sampler.pair());
         // Normals that a texture turns must not let light through the surface.
         let is_turned = hit.shading_normal != hit.normal;
         let is_above = |direction: Vec3| !is_turned || direction.dot(outward) > 0.0;

@@ -128,7 +128,7 @@ fn meet(hit: PathSurface) -> bool {
     // Normals that a texture turns must not let light through the surface.
     let is_turned = any(hit.shading_normal != hit.normal);
     let which = random_one();
-    let point = light_sample(start, which, random_pair());
+    let point = light_sample(hit.point, which, random_pair());
     if point.distance >= 0.0 && (!is_turned || dot(point.direction, outward) > 0.0) {
         let reflected = bsdf_reflected(own, point.direction * own.axes);
         let share = power_share(point.density, reflected.w);
