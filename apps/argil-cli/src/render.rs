@@ -35,15 +35,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         (options.time, options.on.allow_external_meshes),
     )?;
     if options.show == RenderMode::Shaded {
-        let folder = options.scene.parent().unwrap_or(Path::new("."));
-        world.load_environment(folder, options.on.allow_external_meshes)?;
-        let left_out = ViewLight::left_out(world.view());
-        if left_out > 0 {
-            eprintln!(
-                "warning: {}: images have the first sun and eight other lights, and leave out {left_out}: add --integrator path for all",
-                options.scene.display()
-            );
-        }
+        prepare_light(options, &mut world)?;
     }
     if options.specialize {
         anyhow::ensure!(
@@ -97,6 +89,20 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         &frames,
         picture.as_deref(),
     )
+}
+
+/// Loads the image around the scene, and warns of lights that are left out.
+fn prepare_light(options: &RenderArgs, world: &mut World) -> anyhow::Result<()> {
+    let folder = options.scene.parent().unwrap_or(Path::new("."));
+    world.load_environment(folder, options.on.allow_external_meshes)?;
+    let left_out = ViewLight::left_out(world.view());
+    if left_out > 0 {
+        eprintln!(
+            "warning: {}: images have the first sun and eight other lights, and leave out {left_out}: add --integrator path for all",
+            options.scene.display()
+        );
+    }
+    Ok(())
 }
 
 /// What was drawn.

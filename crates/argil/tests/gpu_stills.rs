@@ -215,14 +215,14 @@ fn glass_agrees() -> Outcome {
         "half": {"transmission": 0.5, "roughness": 0.2, "base_color": [0.3, 0.8, 0.4]}"#;
     let brushes = [
         brush(
-            r#""type": "sphere", "radius": 0.4"#,
+            r#""type": "sphere", "radius": 0.7"#,
             "clear",
-            [-0.7, 0.402, 0.0],
+            [-0.5, 0.702, 0.0],
         ),
         brush(
-            r#""type": "box", "half_size": [0.12, 0.6, 0.12]"#,
+            r#""type": "box", "half_size": [0.25, 1.0, 0.25]"#,
             "gray",
-            [-0.7, 0.402, 0.0],
+            [-0.5, 0.702, 0.0],
         ),
         brush(
             r#""type": "box", "half_size": [0.3, 0.3, 0.3], "rounding": 0.1"#,
