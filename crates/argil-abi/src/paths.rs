@@ -141,7 +141,7 @@ shared_struct! {
         is_inside: u32,
         /// Start of a ray to a light.
         shadow_origin: [f32; 3],
-        /// Its length.
+        /// Its length. In the phase `PATH_INSIDE`, where on the path's ray the material is.
         shadow_reach: f32,
         /// Its direction. In the phase `PATH_INSIDE`, a normal.
         shadow_direction: [f32; 3],

@@ -35,14 +35,15 @@ fn look_inside(@builtin(global_invocation_id) id: vec3<u32>) {
             clear = t;
         }
     }
-    // Gradients differ on both sides of what separates them.
+    // Gradients differ on both sides of what separates them, so far from it that their differences do not reach across.
     let apart = 4.0 * paths.epsilon;
+    let away = 8.0 * apart;
     var sum = vec3(0.0);
     for (var nth = 0u; nth < 12u; nth++) {
         let i = nth % 6u;
         let axis = vec3(f32(i < 2u), f32(i / 2u == 1u), f32(i >= 4u));
         let sign = (1.0 - 2.0 * f32(i & 1u)) * select(1.0, -1.0, nth < 6u);
-        let t = select(opaque + apart, max(clear - apart, 0.0), nth < 6u);
+        let t = select(opaque + away, max(clear - away, 0.0), nth < 6u);
         let step = axis * ((1.0 - 2.0 * f32(i & 1u)) * apart);
         sum += axis * (field_distance(origin + t * direction + step) * sign);
     }
@@ -52,5 +53,6 @@ fn look_inside(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     states[id.x].shadow_direction = select(normal, -normal, dot(normal, direction) > 0.0);
     states[id.x].t = clear;
+    states[id.x].shadow_reach = opaque;
     states[id.x].phase = PATH_INSIDE;
 }

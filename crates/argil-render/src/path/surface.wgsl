@@ -26,13 +26,13 @@ fn scene_normal(p: vec3<f32>) -> vec3<f32> {
 }
 
 // Evaluates the properties of the material at a point, those besides `material` if there are any, and how heights turn the normal.
-fn set_materials(hit: ptr<function, PathSurface>) {
+fn set_materials(hit: ptr<function, PathSurface>, p: vec3<f32>) {
     let axes = axes_of((*hit).normal);
     let has_bumps = paths.bump_step > 0.0 && any((*hit).normal != vec3(0.0));
     var count = 1u;
     if paths.extras_at > 0u {
         count = select(2u, 4u, has_bumps);
-    } else if paths.is_stored != 0u && is_stored_material((*hit).point, (*hit).normal) {
+    } else if paths.is_stored != 0u && is_stored_material(p, (*hit).normal) {
         (*hit).material = field_material;
         count = 0u;
     }
@@ -40,7 +40,7 @@ fn set_materials(hit: ptr<function, PathSurface>) {
     for (var nth = 0u; nth < count; nth++) {
         material_shift = select(0u, paths.extras_at, nth > 0u);
         let step = select(0.0, paths.bump_step, nth > 1u);
-        field_surface((*hit).point + step * select(axes[0], axes[1], nth == 3u));
+        field_surface(p + step * select(axes[0], axes[1], nth == 3u));
         let extras = field_material.base_roughness;
         switch nth {
             case 0u: { (*hit).material = field_material; }
@@ -86,13 +86,15 @@ fn surface_met() -> PathSurface {
     }
     hit.point = way.origin + hit.distance * way.direction;
     if hit.is_solid {
-        // What is opaque inside of glass has a normal that is already known.
+        // What is opaque inside of glass has a normal that is already known, and a material behind its surface.
         hit.normal = way.shadow_direction;
+        var p = way.origin + way.shadow_reach * way.direction;
         if way.phase == PATH_MET {
             hit.normal = scene_normal(hit.point);
+            p = hit.point;
         }
         hit.shading_normal = hit.normal;
-        set_materials(&hit);
+        set_materials(&hit, p);
     }
     hit.shading_normal = select(hit.normal, hit.shading_normal, hit.is_solid);
     return hit;
