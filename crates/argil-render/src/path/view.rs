@@ -18,7 +18,7 @@ pub struct StillOptions {
     pub firefly_clamp: Option<f32>,
     /// The time after which no pass begins. The first one is made in any case.
     pub time_limit: Option<Duration>,
-    /// Whether what is behind everything is left out: see [`Still::opacity`].
+    /// Whether what is behind everything is left out: see [`Still::opacity`](crate::Still::opacity).
     pub is_transparent: bool,
 }
 
