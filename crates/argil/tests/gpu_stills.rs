@@ -174,12 +174,12 @@ fn foggy() -> Result<Scene, Box<dyn std::error::Error>> {
         "fog": {"density": 0.25, "falloff": 0.8, "height": 0.3, "anisotropy": 0.5, "albedo": [0.9, 0.8, 0.7]},
         "lights": [{"type": "spot", "at": [0, 2, 1.5], "target": [0.2, 0, 0], "intensity": [2, 3, 2], "angle_degrees": 40}],
         "environment": {"type": "image", "path": "a.hdr", "turn_degrees": 70, "strength": 0.7}"#;
-    let ball = brush(
+    let sphere = brush(
         r#""type": "sphere", "radius": 0.4"#,
         "gray",
         [-0.3, 0.4, 0.0],
     );
-    let mut scene = scene(view, "", &ball)?;
+    let mut scene = scene(view, "", &sphere)?;
     let pixels = (0..16 * 8).map(|nth| {
         let (x, y) = (nth % 16, nth / 16);
         let sun = if x == 5 && y == 2 { 40.0 } else { 0.0 };
@@ -354,12 +354,12 @@ fn white_surfaces_vanish_in_a_white_room() -> Outcome {
 #[test]
 fn options_agree() -> Outcome {
     let materials = r#", "gold": {"base_color": [0.9, 0.7, 0.3], "metallic": 1, "roughness": 0.1}"#;
-    let ball = brush(
+    let sphere = brush(
         r#""type": "sphere", "radius": 0.4"#,
         "gold",
         [-0.6, 0.4, 0.0],
     );
-    let own = scene(r#", "ground": true"#, materials, &ball)?;
+    let own = scene(r#", "ground": true"#, materials, &sphere)?;
     let options = StillOptions {
         samples: 16,
         firefly_clamp: Some(0.5),

@@ -1,6 +1,6 @@
 //! Light in fog. `haze.wgsl` is the twin.
 //!
-//! *Theory.* Along each primary ray, light is gathered at some places, each of which stands for as much of the light that fog
+//! *Theory.* Along each primary ray, light is gathered at some places, each of which represents as much of the light that fog
 //! scatters toward the viewer. The places follow from the fog's density, and the sun and all lamps shine there as far as nothing is
 //! in their way: so they make shafts. Light that is scattered twice is left out.
 //!
