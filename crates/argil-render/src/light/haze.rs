@@ -86,6 +86,7 @@ pub(super) fn gather(
     );
     let lamps = frame.lamps.chunks(4).take(frame.lamp_count as usize);
     let min_step = source.min_step(frame);
+    let mut lengths = Vec::with_capacity(samples.len());
     for nth in 0..abi::FOG_PLACES {
         let place = |i: usize| {
             let share = (nth as f32 + noise(samples.image_place(i))) / abi::FOG_PLACES as f32;
@@ -93,7 +94,8 @@ pub(super) fn gather(
             let length = fog::length_of(&own, eye, samples.ray(i), depth);
             length.map_or(reach(i), |length| length.min(reach(i)))
         };
-        let lengths: Vec<f32> = (0..samples.len()).map(place).collect();
+        lengths.clear();
+        lengths.extend((0..samples.len()).map(place));
         let at = |i: usize| eye + lengths[i] * samples.ray(i);
         let mut add = |lamp_of: &dyn Fn(Vec3) -> LampLight, is_sky: bool| {
             rays.clear();
