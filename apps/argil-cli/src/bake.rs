@@ -91,6 +91,7 @@ fn report(
         "builds_ms": samples,
         "stages_ms": stages_ms,
         "memory_bytes": world.memory_bytes(),
+        "gpu": output::gpu_counters(world.engine()),
         "volume": options.output.as_ref().map(|p| p.display().to_string()),
     });
     let info = world.volume_info()?.context("no volume was built")?;

@@ -226,6 +226,7 @@ fn report(
             "edit_ms": { "median": at(0.5), "p99": at(0.99), "max": at(1.0) },
             "rebuilt": rebuilt,
             "memory_bytes": world.memory_bytes(),
+        "gpu": output::gpu_counters(world.engine()),
             "differing_cells": differing,
         }));
         return;

@@ -220,6 +220,7 @@ fn print_report(
             "surface_error_voxels": { "rms": lod.surface_error.rms_voxels, "max": lod.surface_error.max_voxels },
         })).collect::<Vec<_>>(),
         "memory_bytes": meshed.mesh.memory_bytes(),
+        "gpu": output::gpu_counters(world.engine()),
         "mesh": options.output.as_ref().map(|p| p.display().to_string()),
     });
     output::extend(&mut whole, output::mesh(report));

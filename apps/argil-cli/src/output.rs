@@ -5,7 +5,7 @@ use anyhow::Context;
 use argil::mesh::MeshReport;
 use argil::render::Percentiles;
 use argil::volume::{FillStats, Levels, VolumeInfo, VoxelGrid};
-use argil::{BuildTimings, Representation};
+use argil::{BuildTimings, Engine, Representation};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -224,6 +224,18 @@ pub(crate) fn extend(report: &mut Value, own: Value) {
     if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
         report.extend(own);
     }
+}
+
+/// Describes what the GPU was asked to do, or returns null on the CPU.
+pub(crate) fn gpu_counters(engine: &Engine) -> Value {
+    engine.gpu_counters().map_or(Value::Null, |counters| {
+        json!({
+            "submissions": counters.submissions,
+            "waits": counters.waits,
+            "buffers": counters.buffers,
+            "pipelines": counters.pipelines,
+        })
+    })
 }
 
 /// Describes the timings of a build's stages.

@@ -326,6 +326,7 @@ fn json_report(
         "steps": output::spread(drawn.statistics.steps),
         "fetches": output::spread(drawn.statistics.steps),
         "memory_bytes": world.memory_bytes(),
+        "gpu": output::gpu_counters(world.engine()),
         "hit_pixels": drawn.hit_pixels,
         "picture": picture.map(|p| p.display().to_string()),
     });

@@ -1,4 +1,8 @@
-// GPU version of domain_ops.rs: transforms of the point.
+// GPU version of domain_ops.rs and copy_loops.rs: transforms of the point, and loops over copies.
+
+// Words of repetitions, in front of the box of what is repeated.
+const REPEAT_WORDS: u32 = 16u;
+const RADIAL_WORDS: u32 = 4u;
 
 fn translated(p: vec3<f32>, w: u32) -> vec3<f32> {
     return vec3(p.x + params[w + 3u], p.y + params[w + 7u], p.z + params[w + 11u]);
@@ -42,12 +46,15 @@ fn repeat_axis(p: f32, j: f32, w: u32) -> f32 {
 }
 
 fn repeated(p: vec3<f32>, j: u32, w: u32) -> vec3<f32> {
-    let nx = max(u32(params[w + 12u]), 1u);
-    let ny = max(u32(params[w + 13u]), 1u);
+    // Integers as floats, which hardware divides sooner. The half keeps a quotient clear of the next integer.
+    let nx = max(params[w + 12u], 1.0);
+    let ny = max(params[w + 13u], 1.0);
+    let row = floor((f32(j) + 0.5) / nx);
+    let layer = floor((row + 0.5) / ny);
     return vec3(
-        repeat_axis(p.x, f32(j % nx), w),
-        repeat_axis(p.y, f32(j / nx % ny), w + 1u),
-        repeat_axis(p.z, f32(j / (nx * ny)), w + 2u),
+        repeat_axis(p.x, f32(j) - row * nx, w),
+        repeat_axis(p.y, row - layer * ny, w + 1u),
+        repeat_axis(p.z, layer, w + 2u),
     );
 }
 
@@ -79,6 +86,17 @@ fn candidate(begin: Instruction, p: vec3<f32>, j: u32) -> vec3<f32> {
         return repeated(p, j, begin.params);
     }
     return radial(p, j, begin.params);
+}
+
+// Whether a point in a copy's place shows that the copy is farther than the nearest one so far.
+fn is_too_far(begin: Instruction, p: vec3<f32>, least: f32) -> bool {
+    let w = begin.params + select(RADIAL_WORDS, REPEAT_WORDS, begin.op == OP_REPEAT);
+    let low = vec3(params[w], params[w + 1u], params[w + 2u]);
+    let high = vec3(params[w + 3u], params[w + 4u], params[w + 5u]);
+    let beyond = p - clamp(p, low, high);
+    // Within the box, nothing is known.
+    let needed = max(least + params[w + 7u], 0.0);
+    return (beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z) * params[w + 6u] > needed * needed;
 }
 
 fn candidates(begin: Instruction) -> u32 {

@@ -1,16 +1,15 @@
 // GPU version of interpreter.rs, for one point.
 //
-// *Length.* One loop over instructions, whose stacks have module scope. opcode_set.rs removes unused cases line by line.
+// *Length.* One loop over instructions, whose stacks have module scope. interpreter_wgsl.rs removes unused cases line by line.
 
 var<private> field_material: GpuMaterial;
 // The point in the scene, for textures that are fixed to it.
 var<private> texture_place: vec3<f32>;
 
 // The stacks. Module scope clears them once per thread instead of once per call.
-var<private> values: array<f32, GPU_STACK_SLOTS>;
-var<private> points: array<vec3<f32>, GPU_STACK_SLOTS>;
-var<private> kept: array<GpuMaterial, GPU_STACK_SLOTS>;
-var<private> loops: array<u32, GPU_STACK_SLOTS>;
+var<private> values: array<f32, STACK_SLOTS>;
+var<private> points: array<vec3<f32>, STACK_SLOTS>;
+var<private> kept: array<GpuMaterial, STACK_SLOTS>;
 
 // Combines a brush with the accumulated distance. `shape_distance` is generated from the shape table (dispatch.rs).
 // `listed`, `list_length` and `mark` come from unpruned.wgsl, which runs the whole program, or from prune.wgsl.
@@ -42,6 +41,8 @@ fn brush(acc: f32, point: vec3<f32>, instr: Instruction, with_material: bool) ->
 
 // Returns the signed distance at a point. On request it also sets `field_material`.
 fn field(at: vec3<f32>, with_material: bool) -> f32 {
+    // In the function, so that a compiler sees that all threads are at the same instruction.
+    var loops: array<u32, STACK_SLOTS>;
     var value_top = 0u;
     var point_top = 0u;
     var loop_top = 0u;
@@ -49,9 +50,11 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
         return FAR;
     }
     var point = at;
-    texture_place = at;
     var acc = FAR;
-    field_material = materials[material_shift];
+    if with_material {
+        texture_place = at;
+        field_material = materials[material_shift];
+    }
     var pc = 0u;
     while pc < list_length() {
         let own = listed(pc);
@@ -66,7 +69,9 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
         switch instr.op {
             case OP_PUSH_VALUE: {
                 values[value_top] = acc;
-                kept[value_top] = field_material;
+                if with_material {
+                    kept[value_top] = field_material;
+                }
                 value_top++;
                 acc = FAR;
             }
@@ -103,7 +108,9 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                 points[point_top] = point;
                 point_top++;
                 values[value_top] = acc;
-                kept[value_top] = field_material;
+                if with_material {
+                    kept[value_top] = field_material;
+                }
                 value_top++;
                 loops[loop_top] = 0u;
                 loop_top++;
@@ -112,16 +119,25 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
             }
             case OP_NEXT: {
                 let begin = instructions[instr.operand];
-                let done = loops[loop_top - 1u] + 1u;
-                loops[loop_top - 1u] = done;
+                var done = loops[loop_top - 1u] + 1u;
                 // Keep the nearer of this copy and the nearest before it.
                 if acc < values[value_top - 1u] {
                     values[value_top - 1u] = acc;
-                    kept[value_top - 1u] = field_material;
+                    if with_material {
+                        kept[value_top - 1u] = field_material;
+                    }
                 }
-                if done < candidates(begin) {
-                    acc = FAR;
+                let count = candidates(begin);
+                while done < count {
                     point = candidate(begin, points[point_top - 1u], done);
+                    if !holds_in_subgroup(is_too_far(begin, point, values[value_top - 1u])) {
+                        break;
+                    }
+                    done++;
+                }
+                if done < count {
+                    loops[loop_top - 1u] = done;
+                    acc = FAR;
                     // A loop is listed as a whole.
                     pc -= own - instr.operand;
                 } else {
@@ -129,7 +145,9 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
                     value_top--;
                     point_top--;
                     acc = values[value_top];
-                    field_material = kept[value_top];
+                    if with_material {
+                        field_material = kept[value_top];
+                    }
                     point = points[point_top];
                 }
             }

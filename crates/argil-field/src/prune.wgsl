@@ -88,11 +88,11 @@ fn reserve(words: u32) -> u32 {
 // Open groups: whether the list stays in place of the saved value, and whether what precedes is removed.
 const GROUP_STAYS: u32 = 1u;
 const GROUP_WIPES: u32 = 2u;
-var<private> open_groups: array<u32, GPU_STACK_SLOTS>;
+var<private> open_groups: array<u32, STACK_SLOTS>;
 // Open frames: where they end, whether something after them stays, and whether all of them is removed.
 const FRAME_BEFORE: u32 = 1u;
 const FRAME_GOES: u32 = 2u;
-var<private> open_frames: array<u32, GPU_STACK_SLOTS>;
+var<private> open_frames: array<u32, STACK_SLOTS>;
 
 // Converts marks to the instructions that stay, and returns their number.
 fn choose() -> u32 {

@@ -4,7 +4,7 @@
 //! instructions, the selection by opcode and the stacks disappear.
 
 use crate::dispatch::{wgsl_dispatch, wgsl_function};
-use crate::opcode_set::{MATERIAL_SHIFT, PLAIN_MATERIALS, TEXTURES};
+use crate::interpreter_wgsl::{MATERIAL_SHIFT, PLAIN_MATERIALS, TEXTURES};
 use crate::{OpcodeSet, Program, WGSL_COMMON};
 use argil_abi::{self as abi, Instruction};
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use std::fmt::Write;
 const MAX_INSTRUCTIONS: usize = 4096;
 
 impl Program {
-    /// Returns the twin of [`crate::OpcodeSet::wgsl`] for this program alone, or `None` if it is too long.
+    /// Returns the twin of [`crate::Interpreter::wgsl`] for this program alone, or `None` if it is too long.
     pub fn specialized_wgsl(&self) -> Option<String> {
         (self.instructions.len() <= MAX_INSTRUCTIONS).then(|| {
             WGSL_COMMON.to_owned() + MATERIAL_SHIFT + &self.material_wgsl() + &write_field(self)

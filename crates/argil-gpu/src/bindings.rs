@@ -1,6 +1,6 @@
-//! Pipelines, and the bindings that all of them share.
+//! The bindings that all passes share.
 
-use crate::{Gpu, GpuError};
+use crate::Gpu;
 
 /// The binding of each table.
 pub(crate) use argil_abi::{
@@ -230,43 +230,4 @@ pub(crate) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry
         binding,
         resource: buffer.as_entire_binding(),
     }
-}
-
-/// Creates one pipeline for each entry point of a module.
-pub(crate) fn pipelines<const N: usize>(
-    gpu: &Gpu,
-    source: String,
-    layout: &wgpu::BindGroupLayout,
-    constants: &[(&str, f64)],
-    entry_points: [&str; N],
-) -> Result<[wgpu::ComputePipeline; N], GpuError> {
-    gpu.with_error_scope(|| {
-        let module = gpu
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("argil"),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-        let layout = gpu
-            .device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("argil"),
-                bind_group_layouts: &[Some(layout)],
-                immediate_size: 0,
-            });
-        entry_points.map(|entry_point| {
-            gpu.device
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(entry_point),
-                    layout: Some(&layout),
-                    module: &module,
-                    entry_point: Some(entry_point),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                })
-        })
-    })
 }

@@ -21,14 +21,18 @@ use self::build::{BrickBuilder, volume_of};
 use self::cells::GpuCellTable;
 use self::download::read;
 use self::light::GpuLight;
+use self::passes::{build_module, plan_module};
 use self::pool_accounting::PoolAccounting;
+use self::repack::repack_module;
 use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
 use crate::bindings::{
     BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, LIGHT_STORED, LIGHT_WGSL, LIGHT_WORDS, LINEAR, LIVE,
     LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,
 };
+use crate::pass_module::PassModule;
 use crate::resources::extent;
 use crate::storage_buffer::StorageBuffer;
+use crate::texel_format::TexelFormat;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
@@ -72,10 +76,7 @@ macro_rules! way {
             draws: false,
             is_exact: false,
             paths: Some(PathMode {
-                names: [
-                    concat!("paths through ", $name),
-                    concat!("paths through ", $name, " and glass"),
-                ],
+                name: concat!("paths through ", $name),
                 wgsl: argil_render::wgsl::BRICK_PATHS,
                 binds: &[
                     Bind::Uniform(VOLUME),
@@ -94,6 +95,24 @@ macro_rules! way {
 static FLAT: TraceMode = way!("bricks", &[("HAS_LEVELS", 0.0)]);
 /// For a world so wide that its block table has node levels.
 static WIDE: TraceMode = way!("wide bricks", &[]);
+
+/// Returns how bricks are traced, without and with node levels.
+pub(crate) fn brick_ways() -> [&'static TraceMode; 2] {
+    [&FLAT, &WIDE]
+}
+
+/// Describes the modules that build bricks of a size.
+pub(crate) fn brick_modules(
+    pruning_wgsl: &str,
+    texels: TexelFormat,
+    brick_size_voxels: u32,
+) -> Vec<PassModule> {
+    vec![
+        build_module(pruning_wgsl, texels, brick_size_voxels),
+        plan_module(),
+        repack_module(texels),
+    ]
+}
 
 impl VolumeTables for BrickTables {
     fn way(&self) -> &'static TraceMode {
@@ -310,7 +329,7 @@ impl GpuVolume {
                     extent(width as u32, height as u32, side as u32),
                 );
             })?;
-            gpu.queue.submit([]);
+            gpu.flush();
             gpu.wait().await?;
         }
         let words: Vec<u32> = bricks

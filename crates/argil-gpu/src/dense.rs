@@ -1,8 +1,7 @@
 //! `DenseFill`: samples a field into a texture.
 
-use crate::bindings::{
-    Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry, layout, pipelines,
-};
+use crate::bindings::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry};
+use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texel_format::TexelFormat;
@@ -20,7 +19,7 @@ use std::borrow::Cow;
 /// Maximum instructions times samples per dispatch.
 pub(crate) const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 /// Samples along the side of a tile.
-const TILE: u32 = 32;
+pub(crate) const TILE: u32 = 32;
 
 /// A dense volume has only its texture.
 #[derive(Debug)]
@@ -32,7 +31,7 @@ const DENSE_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: DenseUniform;
 ";
 
-static DENSE: TraceMode = TraceMode {
+pub(crate) static DENSE: TraceMode = TraceMode {
     name: "dense",
     more_name: "dense with more light",
     march: wgsl::DENSE,
@@ -42,7 +41,7 @@ static DENSE: TraceMode = TraceMode {
     draws: false,
     is_exact: false,
     paths: Some(PathMode {
-        names: ["paths through dense", "paths through dense and glass"],
+        name: "paths through dense",
         wgsl: wgsl::DENSE_PATHS,
         binds: &VOLUME_BINDS,
     }),
@@ -138,40 +137,22 @@ impl GpuVolume {
         let levels = Dense::level_count(program, &voxel_grid, &encoding, mips);
         let texture = texture(gpu, &voxel_grid, encoding.format, levels)?;
         let side = tile_side(gpu, TILE);
-        let source = [
-            &argil_abi::wgsl(),
-            TABLES_WGSL,
-            &target_wgsl(gpu.texels(encoding.format)),
-            field.field_wgsl(),
-            argil_volume::wgsl::BAKE_LEVEL,
-        ]
-        .concat();
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([
-            Bind::Uniform(FILL),
-            Bind::Target(TEXELS, gpu.texels(encoding.format).format()),
-        ]);
-        let layout = gpu.with_error_scope(|| layout(gpu, "DenseFill", &binds))?;
-        let constants = [("TILE_SIDE", f64::from(side))];
-        let [tiled, naive] = pipelines(
-            gpu,
-            source,
-            &layout,
-            &constants,
-            ["fill_tiled", "fill_naive"],
-        )?;
+        let texels = gpu.texels(encoding.format);
+        let passes = field.passes(("dense fill", texels.bits().bytes() as u32), || {
+            Passes::new(gpu, fill_module(&field.field_wgsl(), texels, side))
+        })?;
         let uniform = gpu.with_error_scope(|| uniform_of::<FillUniform>(gpu, "fill"))?;
 
         // Each level, in as many dispatches as its work takes.
         let mut recorder = PassRecorder::new(gpu)?;
         let filling = DenseFillPass {
             field,
-            layout: &layout,
+            layout: &passes.layout,
             uniform: &uniform,
             texture: &texture,
             pipeline: match way {
-                DenseFill::Tiled => &tiled,
-                DenseFill::Naive => &naive,
+                DenseFill::Tiled => passes.get(gpu, "fill_tiled")?,
+                DenseFill::Naive => passes.get(gpu, "fill_naive")?,
             },
             way,
         };
@@ -267,6 +248,22 @@ impl DenseFillPass<'_> {
     }
 }
 
+/// Describes the passes that fill a texture, with `side`² threads in a group.
+pub(crate) fn fill_module(field_wgsl: &str, texels: TexelFormat, side: u32) -> PassModule {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        &target_wgsl(texels),
+        field_wgsl,
+        argil_volume::wgsl::BAKE_LEVEL,
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([Bind::Uniform(FILL), Bind::Target(TEXELS, texels.format())]);
+    let constants = [("TILE_SIDE", f64::from(side))];
+    let entry_points = ["fill_tiled", "fill_naive"];
+    PassModule::new("DenseFill", &source, binds, &constants, &entry_points)
+}
+
 /// Returns WGSL of the texture that a build writes.
 pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
     let format = texels.wgsl();
@@ -279,13 +276,18 @@ pub(crate) fn target_wgsl(texels: TexelFormat) -> String {
 /// Returns the threads along the side of the workgroup that fills a tile.
 pub(crate) fn tile_side(gpu: &Gpu, tile: u32) -> u32 {
     let limits = gpu.device.limits();
-    let most = limits
-        .max_compute_invocations_per_workgroup
-        .isqrt()
-        .min(limits.max_compute_workgroup_size_x)
+    let sides = limits
+        .max_compute_workgroup_size_x
         .min(limits.max_compute_workgroup_size_y);
-    let fitting = [32, 16, 8].into_iter().find(|&s| s <= most && s <= tile);
-    fitting.unwrap_or(1)
+    let threads = limits.max_compute_invocations_per_workgroup;
+    tile_side_within(threads.min(sides * sides), tile)
+}
+
+/// Returns the threads along the side of the workgroup that fills a tile, with at most `threads` in all. 256 are the most: a
+/// hardware device gives each thread of a larger group fewer registers, and fewer groups run at once.
+pub(crate) fn tile_side_within(threads: u32, tile: u32) -> u32 {
+    let fits = |side: &u32| side * side <= threads && *side <= tile;
+    [16, 8].into_iter().find(fits).unwrap_or(1)
 }
 
 /// Returns the layers of a tile that each dispatch fills, limited by its work and by the rounds of a thread's

@@ -1,3 +1,5 @@
+use crate::counters::Counters;
+use crate::pipeline_cache::PipelineCache;
 use crate::{DeviceInfo, DeviceKind, GpuError};
 
 impl DeviceInfo {
@@ -70,10 +72,14 @@ pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     pub(crate) info: DeviceInfo,
+    pub(crate) adapter_info: wgpu::AdapterInfo,
     /// Whether the device can time passes; otherwise each is timed by the clock, with a wait.
     pub(crate) has_timestamps: bool,
     /// Whether shaders can write signed normalized textures of 8 and of 16 bits.
     pub(crate) writes_snorm: [bool; 2],
+    pub(crate) counters: Counters,
+    /// Pipelines of earlier processes.
+    pub(crate) pipeline_cache: Option<PipelineCache>,
     /// Errors that nothing has waited for, because a browser does not wait.
     #[cfg(target_arch = "wasm32")]
     faults: std::sync::Arc<std::sync::Mutex<Option<String>>>,
@@ -90,7 +96,9 @@ impl Gpu {
             return Self::open_portable().await;
         }
         let specific = wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
-            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM
+            | wgpu::Features::PIPELINE_CACHE
+            | wgpu::Features::SUBGROUP;
         Self::open_with(wgpu::Adapter::limits, specific).await
     }
 
@@ -140,8 +148,11 @@ impl Gpu {
             device,
             queue,
             info,
+            adapter_info: adapter.get_info(),
             has_timestamps,
             writes_snorm,
+            counters: Counters::default(),
+            pipeline_cache: None,
             #[cfg(target_arch = "wasm32")]
             faults: Default::default(),
         })
@@ -196,7 +207,7 @@ impl Gpu {
         bytes: u64,
     ) -> Result<Vec<u8>, GpuError> {
         let staging = self.with_error_scope(|| {
-            let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            let staging = self.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("read-back"),
                 size: bytes,
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
@@ -206,7 +217,7 @@ impl Gpu {
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-            self.queue.submit([encoder.finish()]);
+            self.submit(encoder);
             staging
         })?;
         let mut all = Vec::new();
@@ -262,6 +273,7 @@ impl Gpu {
 
     /// Lets the device process what was submitted, and call back. A browser does so by itself when it gets time.
     fn poll(&self) -> Result<(), GpuError> {
+        self.counters.waits.add(1);
         let poll = wgpu::PollType::Wait {
             submission_index: None,
             timeout: None,

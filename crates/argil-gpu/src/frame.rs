@@ -3,8 +3,8 @@
 
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
+use crate::pass_module::Passes;
 use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
-use crate::resolve::ResolvePass;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
 use crate::trace_mode::BoundResource;
@@ -21,9 +21,33 @@ const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
 
 /// What a frame's steps run.
 pub(crate) struct FramePasses<'a> {
-    pub layout: &'a wgpu::BindGroupLayout,
-    pub pipelines: &'a [wgpu::ComputePipeline],
-    pub resolve: &'a ResolvePass,
+    pub frame: &'a Passes,
+    pub resolve: &'a Passes,
+}
+
+/// The pipelines of a frame, compiled before it is timed.
+struct FramePipelines<'a> {
+    /// By the index of a step. `None` where no step uses it.
+    frame: Vec<Option<&'a wgpu::ComputePipeline>>,
+    count: &'a wgpu::ComputePipeline,
+    resolve: &'a wgpu::ComputePipeline,
+}
+
+impl<'a> FramePipelines<'a> {
+    fn of(gpu: &Gpu, passes: &FramePasses<'a>, recording: &Recording) -> Result<Self, GpuError> {
+        let mut frame = Vec::new();
+        for step in &recording.steps {
+            if let FrameStep::Pass { pipeline, .. } = *step {
+                frame.resize(frame.len().max(pipeline + 1), None);
+                frame[pipeline] = Some(passes.frame.at(gpu, pipeline)?);
+            }
+        }
+        Ok(Self {
+            frame,
+            count: passes.resolve.get(gpu, "count")?,
+            resolve: passes.resolve.get(gpu, "resolve")?,
+        })
+    }
 }
 
 /// The buffers of a frame's size.
@@ -76,7 +100,7 @@ impl FrameBuffers {
         let stride = (size_of::<FrameUniform>() as u32).next_multiple_of(alignment);
         let buffer = |label, size: u64, usage| {
             gpu.with_error_scope(|| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                gpu.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(label),
                     size,
                     usage,
@@ -191,7 +215,7 @@ impl FrameBuffers {
         };
         self.groups = Some(gpu.with_error_scope(|| {
             [
-                group("Picture", passes.layout, &all),
+                group("Picture", &passes.frame.layout, &all),
                 group("Resolve", &passes.resolve.layout, &own),
             ]
         })?);
@@ -228,9 +252,10 @@ impl FrameBuffers {
         if let Some(timing) = &mut self.timing {
             timing.restart();
         }
+        let pipelines = FramePipelines::of(gpu, &passes, &self.recording)?;
         let start = Instant::now();
         gpu.queue.write_buffer(&self.frames, 0, &self.bytes);
-        gpu.with_error_scope(|| self.encode(gpu, &passes, extras))?;
+        gpu.with_error_scope(|| self.encode(gpu, &pipelines, extras))?;
         let duration_ms = match &self.timing {
             Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
             None => {
@@ -260,7 +285,7 @@ impl FrameBuffers {
         if !self.marks_staging.as_ref().is_some_and(fits) {
             let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
             let buffer = gpu.with_error_scope(|| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                gpu.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("marks on their way"),
                     size: bytes,
                     usage,
@@ -272,8 +297,7 @@ impl FrameBuffers {
         Ok(())
     }
 
-    fn encode(&mut self, gpu: &Gpu, passes: &FramePasses<'_>, extras: FrameExtras<'_>) {
-        let (pipelines, resolve) = (&passes.pipelines, &passes.resolve);
+    fn encode(&mut self, gpu: &Gpu, pipelines: &FramePipelines<'_>, extras: FrameExtras<'_>) {
         let Some([own, resolving]) = &self.groups else {
             return;
         };
@@ -325,7 +349,9 @@ impl FrameBuffers {
                         label: Some(label),
                         timestamp_writes: self.timing.as_mut().and_then(Timing::next),
                     });
-                    pass.set_pipeline(&pipelines[pipeline]);
+                    if let Some(pipeline) = pipelines.frame[pipeline] {
+                        pass.set_pipeline(pipeline);
+                    }
                     pass.set_bind_group(0, own, &[at(dispatch)]);
                     match groups {
                         Some([x, y, z]) => pass.dispatch_workgroups(x, y, z),
@@ -333,10 +359,10 @@ impl FrameBuffers {
                     }
                 }
                 FrameStep::Count(dispatch) => {
-                    each_pixel(&mut encoder, &resolve.count, at(dispatch))
+                    each_pixel(&mut encoder, pipelines.count, at(dispatch));
                 }
                 FrameStep::Resolve(dispatch) => {
-                    each_pixel(&mut encoder, &resolve.resolve, at(dispatch));
+                    each_pixel(&mut encoder, pipelines.resolve, at(dispatch));
                 }
                 FrameStep::KeepHits => {
                     if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {
@@ -345,12 +371,12 @@ impl FrameBuffers {
                 }
                 FrameStep::Submit => {
                     let full = std::mem::replace(&mut encoder, begin());
-                    gpu.queue.submit([full.finish()]);
+                    gpu.submit(full);
                 }
             }
         }
         self.copy_to_staging(&mut encoder, extras);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
     }
 
     /// Copies the pixels, the counts and the marks to staging buffers.
@@ -417,7 +443,7 @@ impl FrameBuffers {
 
 /// Creates a buffer of `size` bytes for the [`FrameUniform`] of each dispatch.
 fn frames_of(gpu: &Gpu, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+    gpu.create_buffer(&wgpu::BufferDescriptor {
         label: Some("frames"),
         size,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,

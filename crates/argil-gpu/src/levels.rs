@@ -33,7 +33,7 @@ const UNIFORM_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: LevelsUniform;
 ";
 
-static LEVELS: TraceMode = TraceMode {
+pub(crate) static LEVELS: TraceMode = TraceMode {
     name: "levels",
     more_name: "levels with more light",
     march: argil_render::wgsl::LEVELS,

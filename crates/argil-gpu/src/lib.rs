@@ -4,7 +4,9 @@ mod error;
 mod options;
 
 pub use error::GpuError;
-pub use options::{BrickOrdering, DenseFill, DeviceInfo, DeviceKind, StageTimings, SurfaceOptions};
+pub use options::{
+    BrickOrdering, DenseFill, DeviceInfo, DeviceKind, GpuCounters, StageTimings, SurfaceOptions,
+};
 
 #[cfg(feature = "device")]
 mod bindings;
@@ -12,6 +14,8 @@ mod bindings;
 mod bricks;
 #[cfg(feature = "device")]
 mod cache;
+#[cfg(feature = "device")]
+mod counters;
 #[cfg(feature = "device")]
 mod dense;
 #[cfg(feature = "device")]
@@ -31,11 +35,15 @@ mod marching_cubes;
 #[cfg(feature = "device")]
 mod octree;
 #[cfg(feature = "device")]
+mod pass_module;
+#[cfg(feature = "device")]
 mod pass_recorder;
 #[cfg(feature = "device")]
 mod path_buffers;
 #[cfg(feature = "device")]
 mod paths;
+#[cfg(feature = "device")]
+mod pipeline_cache;
 #[cfg(feature = "device")]
 mod program;
 #[cfg(feature = "device")]
@@ -50,6 +58,8 @@ mod render;
 mod resolve;
 #[cfg(feature = "device")]
 mod resources;
+#[cfg(feature = "device")]
+mod shader_modules;
 #[cfg(feature = "device")]
 mod storage_buffer;
 #[cfg(feature = "device")]
@@ -69,6 +79,7 @@ pub use {
     path_buffers::PathWork,
     program::GpuProgram,
     raster::GpuMesh,
+    shader_modules::{ShaderModule, hardware_modules},
     volume::GpuVolume,
 };
 

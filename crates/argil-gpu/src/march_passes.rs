@@ -2,8 +2,9 @@
 
 use crate::bindings::{
     Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, STORED, TABLES_WGSL,
-    TRIANGLES, UNINDEXED, UNIT_GROUPS, UNITS, VERTICES, VOLUME, layout, pipelines,
+    TRIANGLES, UNINDEXED, UNIT_GROUPS, UNITS, VERTICES, VOLUME,
 };
+use crate::pass_module::{PassModule, Passes};
 use crate::resources::uniform_of;
 use crate::{GpuError, GpuProgram};
 use argil_mesh::{marching::case_table::cases, wgsl};
@@ -50,85 +51,82 @@ const EXACT_WGSL: &str = "
 @group(0) @binding(BIND_VERTICES) var<storage, read_write> vertices: array<f32>;
 ";
 
-/// The passes, compiled once for a program and a kind of volume.
+/// Describes the passes that march through bricks, or through a dense volume.
+pub(crate) fn march_module(of_bricks: bool) -> PassModule {
+    let (own, march) = if of_bricks {
+        let own = [CELLS_WGSL, argil_volume::wgsl::BRICK_CELLS].concat();
+        (own, wgsl::BRICKS)
+    } else {
+        (DENSE_WGSL.to_owned(), wgsl::DENSE)
+    };
+    let abi = argil_abi::wgsl();
+    let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march];
+    let mut binds = vec![
+        Bind::Uniform(VOLUME),
+        Bind::Texture(STORED),
+        Bind::Uniform(MARCHING),
+        Bind::Uniform(CASES),
+    ];
+    binds.extend([UNITS, UNIT_GROUPS, EDGE_ROWS].map(Bind::Write));
+    binds.extend([VERTICES, TRIANGLES, SPANS].map(Bind::Write));
+    let mut entry_points = vec![
+        "count_units",
+        "add_units",
+        "add_groups",
+        "assign_row_offsets",
+        "emit",
+    ];
+    if of_bricks {
+        binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
+        entry_points.push("find_owners");
+    }
+    let label = if of_bricks {
+        "March::bricks"
+    } else {
+        "March::dense"
+    };
+    PassModule::new(label, &source, binds, &[], &entry_points)
+}
+
+/// Describes the pass that moves vertices to the field's surface.
+pub(crate) fn project_module(field_wgsl: &str) -> PassModule {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        OUT_WGSL,
+        EXACT_WGSL,
+        SPANS_WGSL,
+        field_wgsl,
+        wgsl::PROJECT_TO_FIELD,
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.push(Bind::Uniform(MARCHING));
+    binds.extend([VERTICES, SPANS].map(Bind::Write));
+    let entry_points = ["project_to_field"];
+    PassModule::new("March::project", &source, binds, &[], &entry_points)
+}
+
+/// Describes the pass that gives each triangle its own vertices.
+pub(crate) fn unindex_module() -> PassModule {
+    let abi = argil_abi::wgsl();
+    let source = [&abi, OUT_WGSL, MESH_WGSL, UNINDEXED_WGSL, wgsl::UNINDEX];
+    let mut binds = vec![Bind::Uniform(MARCHING)];
+    binds.extend([VERTICES, TRIANGLES, UNINDEXED].map(Bind::Write));
+    PassModule::new("March::unindex", &source, binds, &[], &["unindex"])
+}
+
+/// The passes for a program and a kind of volume.
 pub(crate) struct MarchPasses {
-    pub(super) layout: wgpu::BindGroupLayout,
-    pub(super) find_owners: Option<wgpu::ComputePipeline>,
-    pub(super) march: [wgpu::ComputePipeline; 5],
-    pub(super) project_layout: wgpu::BindGroupLayout,
-    pub(super) project: wgpu::ComputePipeline,
-    pub(super) unindex_layout: wgpu::BindGroupLayout,
-    pub(super) unindex: wgpu::ComputePipeline,
+    pub(super) march: Passes,
+    pub(super) project: Passes,
+    pub(super) unindex: Passes,
+    pub(super) of_bricks: bool,
     pub(super) cases: wgpu::Buffer,
 }
 
 impl MarchPasses {
     pub(crate) fn new(field: &GpuProgram, of_bricks: bool) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        let (own, march) = if of_bricks {
-            let own = [CELLS_WGSL, argil_volume::wgsl::BRICK_CELLS].concat();
-            (own, wgsl::BRICKS)
-        } else {
-            (DENSE_WGSL.to_owned(), wgsl::DENSE)
-        };
-        let abi = argil_abi::wgsl();
-        let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march].concat();
-        let mut binds = vec![
-            Bind::Uniform(VOLUME),
-            Bind::Texture(STORED),
-            Bind::Uniform(MARCHING),
-            Bind::Uniform(CASES),
-        ];
-        binds.extend([UNITS, UNIT_GROUPS, EDGE_ROWS].map(Bind::Write));
-        binds.extend([VERTICES, TRIANGLES, SPANS].map(Bind::Write));
-        if of_bricks {
-            binds.extend([Bind::Read(CELLS), Bind::Write(OWNERS)]);
-        }
-        let layout = gpu.with_error_scope(|| layout(gpu, "March", &binds))?;
-        let entry_points = [
-            "count_units",
-            "add_units",
-            "add_groups",
-            "assign_row_offsets",
-            "emit",
-        ];
-        let march = pipelines(gpu, source.clone(), &layout, &[], entry_points)?;
-        let find_owners = if of_bricks {
-            let [pass] = pipelines(gpu, source, &layout, &[], ["find_owners"])?;
-            Some(pass)
-        } else {
-            None
-        };
-
-        let source = [
-            &abi,
-            TABLES_WGSL,
-            OUT_WGSL,
-            EXACT_WGSL,
-            SPANS_WGSL,
-            field.field_wgsl(),
-            wgsl::PROJECT_TO_FIELD,
-        ];
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.push(Bind::Uniform(MARCHING));
-        binds.extend([VERTICES, SPANS].map(Bind::Write));
-        let project_layout =
-            gpu.with_error_scope(|| self::layout(gpu, "March::project_to_field", &binds))?;
-        let [project] = pipelines(
-            gpu,
-            source.concat(),
-            &project_layout,
-            &[],
-            ["project_to_field"],
-        )?;
-
-        let source = [&abi, OUT_WGSL, MESH_WGSL, UNINDEXED_WGSL, wgsl::UNINDEX];
-        let mut binds = vec![Bind::Uniform(MARCHING)];
-        binds.extend([VERTICES, TRIANGLES, UNINDEXED].map(Bind::Write));
-        let unindex_layout =
-            gpu.with_error_scope(|| self::layout(gpu, "March::unindex", &binds))?;
-        let [unindex] = pipelines(gpu, source.concat(), &unindex_layout, &[], ["unindex"])?;
-
         let cases = gpu.with_error_scope(|| {
             let cases = uniform_of::<[u64; 256]>(gpu, "cases");
             let packed = cases_packed();
@@ -137,13 +135,10 @@ impl MarchPasses {
             cases
         })?;
         Ok(Self {
-            layout,
-            find_owners,
-            march,
-            project_layout,
-            project,
-            unindex_layout,
-            unindex,
+            march: Passes::new(gpu, march_module(of_bricks))?,
+            project: Passes::new(gpu, project_module(&field.field_wgsl()))?,
+            unindex: Passes::new(gpu, unindex_module())?,
+            of_bricks,
             cases,
         })
     }

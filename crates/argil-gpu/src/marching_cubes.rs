@@ -150,7 +150,6 @@ impl GpuVolume {
         let bind = |tables: &MarchTables| inputs.bind(gpu, tables);
 
         let mut recorder = PassRecorder::new(gpu)?;
-        let [_, _, _, place_rows, emit] = &passes.march;
         let counting = bind(&tables)?;
         count(
             gpu,
@@ -172,8 +171,10 @@ impl GpuVolume {
         tables.reserve(gpu, &marching, places, options.project_to_field)?;
         if vertices > 0 {
             let emitting = bind(&tables)?;
-            recorder.pass("emit", place_rows, &emitting, each).await?;
-            recorder.pass("emit", emit, &emitting, each).await?;
+            for name in ["assign_row_offsets", "emit"] {
+                let pass = passes.march.get(gpu, name)?;
+                recorder.pass("emit", pass, &emitting, each).await?;
+            }
         }
         if vertices > 0 && (options.project_to_field || options.normals == MeshNormals::Field) {
             refine(field, &passes, &tables, &uniform, &marching, &mut recorder).await?;
@@ -188,7 +189,7 @@ impl GpuVolume {
         }
         let stages = recorder.finish().await?;
         Ok((
-            GpuMesh::of_tables(field, drawn.out, drawn.indices, drawn.counts)?,
+            GpuMesh::of_tables(drawn.out, drawn.indices, drawn.counts),
             stages,
         ))
     }
@@ -223,7 +224,7 @@ impl MarchInputs<'_> {
             }
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("March"),
-                layout: &self.passes.layout,
+                layout: &self.passes.march.layout,
                 entries: &entries,
             })
         })
@@ -239,25 +240,27 @@ async fn count(
     [codes, units]: [u32; 2],
     recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
-    let [count_units, add_units, add_groups, _, _] = &passes.march;
-    if let (Some(find), Some(owners)) = (&passes.find_owners, tables.owners.buffer()) {
+    let march = |name| passes.march.get(gpu, name);
+    if let (true, Some(owners)) = (passes.of_bricks, tables.owners.buffer()) {
         gpu.with_error_scope(|| {
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.clear_buffer(owners, 0, None);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         recorder
-            .pass("count", find, counting, groups(codes, 64))
+            .pass("count", march("find_owners")?, counting, groups(codes, 64))
             .await?;
     }
     let each = groups(units, 1);
+    let count_units = march("count_units")?;
     recorder.pass("count", count_units, counting, each).await?;
     let sums = groups(units, UNITS_PER_GROUP);
+    let add_units = march("add_units")?;
     recorder.pass("scan", add_units, counting, sums).await?;
     recorder
-        .pass("scan", add_groups, counting, groups(1, 1))
+        .pass("scan", march("add_groups")?, counting, groups(1, 1))
         .await?;
     Ok(())
 }
@@ -290,13 +293,18 @@ async fn unindex(
         entries.extend(unindexed.binding(UNINDEXED));
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("March::unindex"),
-            layout: &passes.unindex_layout,
+            layout: &passes.unindex.layout,
             entries: &entries,
         })
     })?;
     let each = groups(triangles, 64);
     recorder
-        .pass("unindex", &passes.unindex, &bind_group, each)
+        .pass(
+            "unindex",
+            passes.unindex.get(gpu, "unindex")?,
+            &bind_group,
+            each,
+        )
         .await?;
     Ok(MarchResult {
         out: unindexed,
@@ -392,12 +400,13 @@ async fn refine(
         entries.extend(tables.spans.binding(SPANS));
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("March::project_to_field"),
-            layout: &passes.project_layout,
+            layout: &passes.project.layout,
             entries: &entries,
         })
     })?;
     let work = EVALUATIONS * field.length() as u64;
     let chunk = (WORK_PER_DISPATCH / work).clamp(64, u64::from(u32::MAX)) as u32;
+    let project = passes.project.get(gpu, "project_to_field")?;
     for first_vertex in (0..marching.vertices).step_by(chunk as usize) {
         let marching = MarchingUniform {
             first_vertex,
@@ -408,7 +417,7 @@ async fn refine(
             .write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
         let count = marching.vertices - first_vertex;
         recorder
-            .pass("refine", &passes.project, &bind_group, groups(count, 64))
+            .pass("refine", project, &bind_group, groups(count, 64))
             .await?;
     }
     Ok(())

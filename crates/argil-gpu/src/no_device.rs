@@ -1,6 +1,8 @@
 //! Replaces the device if none is compiled in: types without values, so that nothing here can ever be called.
 
-use crate::{BrickOrdering, DenseFill, DeviceInfo, GpuError, StageTimings, SurfaceOptions};
+use crate::{
+    BrickOrdering, DenseFill, DeviceInfo, GpuCounters, GpuError, StageTimings, SurfaceOptions,
+};
 use argil_abi::FrameUniform;
 use argil_field::{IncrementalProgram, Program};
 use argil_math::Control;
@@ -10,6 +12,7 @@ use argil_volume::{
     BrickLayout, BrickTest, EditStats, Encoding, Levels, OctreeLayout, PendingEdits, Volume,
     VolumeInfo, VoxelGrid,
 };
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -67,6 +70,17 @@ impl Gpu {
     pub fn max_pixels(&self) -> u64 {
         match *self {}
     }
+
+    /// Returns what the device has been asked to do.
+    pub fn counters(&self) -> GpuCounters {
+        match *self {}
+    }
+
+    /// Keeps compiled pipelines in a folder.
+    #[must_use]
+    pub fn with_pipeline_cache(self, _: &Path) -> Self {
+        match self {}
+    }
 }
 
 impl GpuProgram {
@@ -76,14 +90,6 @@ impl GpuProgram {
     /// Never: there is no device.
     pub fn new(gpu: Arc<Gpu>, _: &Program, _: bool) -> Result<Self, GpuError> {
         match *gpu {}
-    }
-
-    /// Compiles the passes of images.
-    ///
-    /// # Errors
-    /// Never.
-    pub fn prepare(&self) -> Result<(), GpuError> {
-        match *self {}
     }
 
     /// Replaces the program.

@@ -3,6 +3,8 @@
 
 mod build;
 
+pub(crate) use self::build::{fill_module, select_module, tree_module};
+
 use crate::bindings::{Bind, LINEAR, NODES, STORED, TREE_WGSL, TREE_WORDS, VOLUME, VOLUME_WGSL};
 use crate::resources::{read_level, read_table, texture, upload};
 use crate::storage_buffer::StorageBuffer;
@@ -29,7 +31,7 @@ pub(super) const OCTREE_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: OctreeUniform;
 ";
 
-static OCTREE: TraceMode = TraceMode {
+pub(crate) static OCTREE: TraceMode = TraceMode {
     name: "octree",
     more_name: "octree with more light",
     march: argil_render::wgsl::OCTREE,

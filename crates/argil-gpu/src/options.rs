@@ -50,6 +50,19 @@ pub struct DeviceInfo {
     pub driver: String,
 }
 
+/// What a device has been asked to do since it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GpuCounters {
+    /// Submissions to the queue.
+    pub submissions: u64,
+    /// Waits of the CPU for the device.
+    pub waits: u64,
+    /// Buffers created.
+    pub buffers: u64,
+    /// Pipelines created.
+    pub pipelines: u64,
+}
+
 /// How a GPU fills the texture of a dense volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

@@ -87,7 +87,7 @@ impl<'a> PassRecorder<'a> {
                 }
             }
             drop(pass);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         if !self.is_timed {
             return Ok(());

@@ -3,6 +3,7 @@
 use crate::bindings::{
     ENVIRONMENT, FRAME, MATERIALS, PATH_PIXELS, PATH_STATES, PATH_TABLES, PATHS,
 };
+use crate::pass_module::Passes;
 use crate::resources::{extent, uniform_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::trace_mode::BoundResource;
@@ -98,15 +99,14 @@ impl PathBuffers {
     pub(crate) fn bind(
         &self,
         gpu: &Gpu,
-        layout: &wgpu::BindGroupLayout,
-        places: &[u32],
+        passes: &Passes,
         mut bound: Vec<BoundResource>,
     ) -> Result<wgpu::BindGroup, GpuError> {
         if let Some(materials) = &self.materials {
             bound.retain(|own| own.place() != MATERIALS);
             bound.extend(materials.bound(MATERIALS));
         }
-        bound.retain(|own| places.contains(&own.place()));
+        bound.retain(|own| passes.places().any(|place| place == own.place()));
         bound.push(BoundResource::buffer(FRAME, &self.frame));
         bound.push(BoundResource::buffer(PATHS, &self.uniform));
         bound.push(BoundResource::View(ENVIRONMENT, self.environment.clone()));
@@ -117,7 +117,7 @@ impl PathBuffers {
         gpu.with_error_scope(|| {
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Paths"),
-                layout,
+                layout: &passes.layout,
                 entries: &entries,
             })
         })
@@ -134,7 +134,7 @@ impl PathBuffers {
         {
             encoder.clear_buffer(buffer, 0, None);
         }
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
     }
 
     /// Returns the number of pixels all of whose paths have ended.

@@ -6,8 +6,9 @@
 
 use crate::bindings::{
     Bind, ENVIRONMENT, FIELD_BINDS, FRAME, FRAME_WGSL, PATH_PIXELS, PATH_STATES, PATH_TABLES,
-    PATHS, PATHS_WGSL, TABLES_WGSL, layout, pipelines,
+    PATHS, PATHS_WGSL, TABLES_WGSL,
 };
+use crate::pass_module::{PassModule, Passes};
 use crate::path_buffers::{PathBuffers, PathWork};
 use crate::render::FIELD;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
@@ -27,18 +28,6 @@ const SOFTWARE_PAIRS: u32 = 4;
 const MOST_AT_ONCE: u32 = 64;
 /// Evaluations of the field that the longest pass does at once: with glass, and without.
 const EVALUATIONS: [u64; 2] = [64, 16];
-
-/// The passes, compiled once for a program and a representation.
-#[derive(Debug)]
-struct PathPasses {
-    layout: wgpu::BindGroupLayout,
-    /// The bindings that it has.
-    places: Vec<u32>,
-    turn: wgpu::ComputePipeline,
-    /// Only for a program with glass: it takes long to compile.
-    look_inside: Option<wgpu::ComputePipeline>,
-    march: wgpu::ComputePipeline,
-}
 
 impl GpuProgram {
     /// Adds paths of light to a still, through the field. Canceled work keeps the paths that have ended.
@@ -63,9 +52,10 @@ impl GpuProgram {
         let needed = EVALUATIONS[usize::from(!work.program.has_glass())];
         self.check_evaluations(needed)?;
         let has_glass = work.program.has_glass();
-        let name = mode.names[usize::from(has_glass)];
-        let passes = self.passes(name, || self.make_paths(way, mode, has_glass))?;
         let gpu = self.gpu();
+        let passes = self.passes(mode.name, || {
+            Passes::new(gpu, path_module(&self.field_wgsl(), way, mode))
+        })?;
         let mut uniform = work.tables.uniform;
         let extras = work.program.material_extras();
         if !extras.is_empty() {
@@ -76,10 +66,16 @@ impl GpuProgram {
         let buffers = PathBuffers::new(gpu, &work, &extras)?;
         let mut all = bound;
         all.extend(self.bound());
-        let group = buffers.bind(gpu, &passes.layout, &passes.places, all)?;
+        let group = buffers.bind(gpu, &passes, all)?;
         let paths = Paths {
             gpu,
-            passes: &passes,
+            turn: passes.get(gpu, "turn_paths")?,
+            march: passes.get(gpu, "march_paths")?,
+            // It takes long to compile.
+            look_inside: match has_glass {
+                true => Some(passes.get(gpu, "look_inside")?),
+                false => None,
+            },
             group,
             buffers,
             pairs: match gpu.info().kind {
@@ -89,61 +85,42 @@ impl GpuProgram {
         };
         paths.trace(&work, uniform, still).await
     }
+}
 
-    fn make_paths(
-        &self,
-        way: &TraceMode,
-        mode: &PathMode,
-        has_glass: bool,
-    ) -> Result<PathPasses, GpuError> {
-        let gpu = self.gpu();
-        let source = [
-            &argil_abi::wgsl(),
-            TABLES_WGSL,
-            FRAME_WGSL,
-            PATHS_WGSL,
-            &(way.tables)(),
-            self.field_wgsl(),
-            wgsl::CAMERA,
-            mode.wgsl,
-            wgsl::PATHS,
-        ]
-        .concat();
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([
-            Bind::Uniform(FRAME),
-            Bind::Uniform(PATHS),
-            Bind::Write(PATH_STATES),
-            Bind::Write(PATH_PIXELS),
-            Bind::Read(PATH_TABLES),
-            Bind::Picture(ENVIRONMENT),
-        ]);
-        binds.extend(mode.binds);
-        let layout = gpu.with_error_scope(|| layout(gpu, "Paths", &binds))?;
-        let look_inside = match has_glass {
-            true => {
-                let names = ["look_inside"];
-                let [own] = pipelines(gpu, source.clone(), &layout, way.constants, names)?;
-                Some(own)
-            }
-            false => None,
-        };
-        let names = ["turn_paths", "march_paths"];
-        let [turn, march] = pipelines(gpu, source, &layout, way.constants, names)?;
-        Ok(PathPasses {
-            layout,
-            places: binds.iter().map(|bind| bind.place()).collect(),
-            turn,
-            look_inside,
-            march,
-        })
-    }
+/// Describes the passes that trace paths through a representation.
+pub(crate) fn path_module(field_wgsl: &str, way: &TraceMode, mode: &PathMode) -> PassModule {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        FRAME_WGSL,
+        PATHS_WGSL,
+        &(way.tables)(),
+        field_wgsl,
+        wgsl::CAMERA,
+        mode.wgsl,
+        wgsl::PATHS,
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Uniform(FRAME),
+        Bind::Uniform(PATHS),
+        Bind::Write(PATH_STATES),
+        Bind::Write(PATH_PIXELS),
+        Bind::Read(PATH_TABLES),
+        Bind::Picture(ENVIRONMENT),
+    ]);
+    binds.extend(mode.binds);
+    let entry_points = ["turn_paths", "march_paths", "look_inside"];
+    PassModule::new(mode.name, &source, binds, way.constants, &entry_points)
 }
 
 /// Paths of an image, about to be traced.
 struct Paths<'a> {
     gpu: &'a Gpu,
-    passes: &'a PathPasses,
+    turn: &'a wgpu::ComputePipeline,
+    march: &'a wgpu::ComputePipeline,
+    /// Only for a program with glass.
+    look_inside: Option<&'a wgpu::ComputePipeline>,
     group: wgpu::BindGroup,
     buffers: PathBuffers,
     /// Passes that are submitted at once.
@@ -209,8 +186,7 @@ impl Paths<'_> {
                 let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
                 let mut pass = encoder.begin_compute_pass(&Default::default());
                 pass.set_bind_group(0, &self.group, &[]);
-                let inside = self.passes.look_inside.as_ref();
-                let all = [Some(&self.passes.turn), Some(&self.passes.march), inside];
+                let all = [Some(self.turn), Some(self.march), self.look_inside];
                 for _ in 0..self.pairs {
                     for pipeline in all.into_iter().flatten() {
                         pass.set_pipeline(pipeline);
@@ -218,7 +194,7 @@ impl Paths<'_> {
                     }
                 }
                 drop(pass);
-                self.gpu.queue.submit([encoder.finish()]);
+                self.gpu.submit(encoder);
             })?;
             let finished = self.buffers.finished(self.gpu).await?;
             if finished >= uniform.pixel_count || control.is_cancelled() {

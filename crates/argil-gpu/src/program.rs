@@ -1,11 +1,12 @@
 use crate::bindings::{INSTRS, MATERIALS, PARAMS};
-use crate::cache::Cache;
+use crate::cache::{Cache, PassKey};
 use crate::storage_buffer::StorageBuffer;
 use crate::trace_mode::BoundResource;
 use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{GPU_STACK_SLOTS, Instruction};
-use argil_field::{IncrementalProgram, OpcodeSet, Program};
+use argil_field::{IncrementalProgram, Interpreter, Program};
 use std::any::Any;
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -28,16 +29,16 @@ pub struct GpuProgram {
     materials: StorageBuffer,
     /// Number of instructions, which limits the size of dispatches.
     length: usize,
-    /// The opcodes that its interpreter can run.
-    pub(crate) opcodes: OpcodeSet,
-    field_wgsl: String,
+    /// The interpreter that its passes contain.
+    interpreter: Interpreter,
+    /// The WGSL that stands for the interpreter, if the shaders are for one program only.
+    specialized_wgsl: Option<String>,
     /// Maximum evaluations per thread and dispatch.
     pub(crate) budget: u32,
     /// Loop iterations of one evaluation.
     iterations: u64,
     /// The passes that were requested, with the interpreter.
     passes: Cache,
-    is_specialized: bool,
     /// Whether the parameters are an incremental program's.
     is_live: bool,
     /// Whether the instructions match the parameters.
@@ -50,32 +51,25 @@ impl GpuProgram {
     /// # Errors
     /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
     pub fn new(gpu: Arc<Gpu>, program: &Program, specialized: bool) -> Result<Self, GpuError> {
-        // A software device executes every case of the interpreter, used or not.
-        let opcodes = if gpu.info().kind == DeviceKind::Software {
-            OpcodeSet::of(program)
-        } else {
-            OpcodeSet::ALL.union(OpcodeSet::of(program))
-        };
-        let field_wgsl = if specialized {
-            program
-                .specialized_wgsl()
-                .ok_or(GpuError::TooLongToSpecialize)?
+        let specialized_wgsl = if specialized {
+            let text = program.specialized_wgsl();
+            Some(text.ok_or(GpuError::TooLongToSpecialize)?)
         } else {
             check_depth(program)?;
-            opcodes.wgsl()
+            None
         };
+        let interpreter = interpreter_for(&gpu, program);
         let mut field = Self {
             gpu,
             instructions: StorageBuffer::new("instructions"),
             params: StorageBuffer::new("parameters"),
             materials: StorageBuffer::new("materials"),
             length: 0,
-            opcodes,
-            field_wgsl,
+            interpreter,
+            specialized_wgsl,
             budget: 0,
             iterations: 1,
             passes: Cache::default(),
-            is_specialized: specialized,
             is_live: false,
             is_whole: AtomicBool::new(true),
         };
@@ -83,14 +77,14 @@ impl GpuProgram {
         Ok(field)
     }
 
-    /// Replaces the program. Only if it is not specialized. It compiles nothing, unless a software device's reduced
-    /// interpreter lacks an opcode.
+    /// Replaces the program. Only if it is not specialized. It compiles nothing, unless the program needs a deeper
+    /// stack, or a software device's reduced interpreter lacks an opcode.
     ///
     /// # Errors
     /// If the program nests too deep for the device, exceeds its limits or memory, or the device fails.
     pub fn update(&mut self, program: &Program) -> Result<(), GpuError> {
         check_depth(program)?;
-        self.extend_opcodes(OpcodeSet::of(program));
+        self.extend(interpreter_for(&self.gpu, program));
         self.upload(program)
     }
 
@@ -107,7 +101,7 @@ impl GpuProgram {
             &self.gpu,
             (incremental.instruction_count() * size_of::<Instruction>()) as u64,
         )?;
-        self.extend_opcodes(incremental.opcodes());
+        self.extend(Interpreter::new(incremental.opcodes(), program));
         let params = program.params();
         let written: usize = incremental
             .dirty_ranges()
@@ -145,18 +139,18 @@ impl GpuProgram {
         }
     }
 
-    /// Compiles again when needed, if there are new opcodes.
-    fn extend_opcodes(&mut self, opcodes: OpcodeSet) {
-        if !self.opcodes.is_superset(opcodes) {
-            self.opcodes = self.opcodes.union(opcodes);
-            self.field_wgsl = self.opcodes.wgsl();
+    /// Compiles again when needed, if the interpreter lacks opcodes or slots.
+    fn extend(&mut self, needed: Interpreter) {
+        let interpreter = self.interpreter.union(needed);
+        if interpreter != self.interpreter {
+            self.interpreter = interpreter;
             self.passes = Cache::default();
         }
     }
 
     /// Whether its shaders are for one program only.
     pub fn is_specialized(&self) -> bool {
-        self.is_specialized
+        self.specialized_wgsl.is_some()
     }
 
     /// Notes how long an evaluation is. On hardware, only the image's size limits how many a thread may do.
@@ -165,7 +159,7 @@ impl GpuProgram {
         self.budget = u32::MAX;
         if self.gpu.info().kind == DeviceKind::Software {
             // Every instruction executes the case with noise, whose loop over octaves takes a round.
-            let noise = self.opcodes.contains(argil_abi::OP_DISPLACE);
+            let noise = self.interpreter.opcodes().contains(argil_abi::OP_DISPLACE);
             self.iterations *= if noise { 2 } else { 1 };
             let budget = SOFTWARE_ITERATIONS / (self.iterations + 1);
             self.budget = (budget as u32).max(1);
@@ -201,23 +195,23 @@ impl GpuProgram {
         }
     }
 
-    /// Returns passes of a name that evaluate the field, and creates them when first asked for.
+    /// Returns passes that evaluate the field, and creates them when first asked for.
     pub(crate) fn passes<T: Any + Send + Sync>(
         &self,
-        name: &'static str,
+        key: impl Into<PassKey>,
         make: impl FnOnce() -> Result<T, GpuError>,
     ) -> Result<Arc<T>, GpuError> {
         self.check_length()?;
-        self.passes.get(name, make)
+        self.passes.get(key.into(), make)
     }
 
-    /// Returns passes of a name that do not evaluate the field, and creates them when first asked for.
+    /// Returns passes that do not evaluate the field, and creates them when first asked for.
     pub(crate) fn plain_passes<T: Any + Send + Sync>(
         &self,
-        name: &'static str,
+        key: impl Into<PassKey>,
         make: impl FnOnce() -> Result<T, GpuError>,
     ) -> Result<Arc<T>, GpuError> {
-        self.passes.get(name, make)
+        self.passes.get(key.into(), make)
     }
 
     fn upload(&mut self, program: &Program) -> Result<(), GpuError> {
@@ -246,8 +240,17 @@ impl GpuProgram {
         self.length
     }
 
-    pub(crate) fn field_wgsl(&self) -> &str {
-        &self.field_wgsl
+    /// Returns the WGSL that evaluates the field.
+    pub(crate) fn field_wgsl(&self) -> Cow<'_, str> {
+        match &self.specialized_wgsl {
+            Some(text) => text.into(),
+            None => self.interpreter.wgsl().into(),
+        }
+    }
+
+    /// Returns the WGSL that evaluates the field by pruned lists.
+    pub(crate) fn pruning_wgsl(&self) -> String {
+        self.interpreter.pruning_wgsl()
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
@@ -278,6 +281,17 @@ impl GpuProgram {
             .into_iter()
             .filter_map(|(table, binding)| table.binding(binding))
     }
+}
+
+/// Returns the interpreter that a device gets for a program. A software device executes every case of it, used or not.
+fn interpreter_for(gpu: &Gpu, program: &Program) -> Interpreter {
+    let interpreter = if gpu.info().kind == DeviceKind::Software {
+        Interpreter::of(program)
+    } else {
+        Interpreter::full(program)
+    };
+    let features = gpu.device.features();
+    interpreter.with_subgroups(features.contains(wgpu::Features::SUBGROUP))
 }
 
 /// Returns the rows of a program's table of instructions.

@@ -1,6 +1,5 @@
-use crate::bindings::{
-    ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL, layout, pipelines,
-};
+use crate::bindings::{ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL};
+use crate::pass_module::{PassModule, Passes};
 use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram};
 use argil_abi::{QueryPoint, QueryResult};
@@ -8,9 +7,6 @@ use argil_abi::{QueryPoint, QueryResult};
 /// Points per workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
-
-/// The pass's layout and pipeline.
-pub(crate) type QueryPass = (wgpu::BindGroupLayout, wgpu::ComputePipeline);
 
 impl GpuProgram {
     /// Evaluates the field at points: distances and materials. The pass is compiled when first used.
@@ -22,8 +18,10 @@ impl GpuProgram {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let passes = self.passes("query", || self.make_query())?;
-        let (layout, pipeline) = &*passes;
+        let passes = self.passes("query", || {
+            Passes::new(gpu, query_module(&self.field_wgsl()))
+        })?;
+        let pipeline = passes.get(gpu, "query")?;
         let queries: Vec<QueryPoint> = points
             .iter()
             .map(|&[x, y, z]| QueryPoint {
@@ -42,7 +40,7 @@ impl GpuProgram {
             entries.extend(answers.binding(ANSWERS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("QueryPoint"),
-                layout,
+                layout: &passes.layout,
                 entries: &entries,
             });
             let mut encoder = gpu
@@ -56,7 +54,7 @@ impl GpuProgram {
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
             drop(pass);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         let buffer = answers
             .buffer()
@@ -68,21 +66,18 @@ impl GpuProgram {
             .map(bytemuck::pod_read_unaligned)
             .collect())
     }
+}
 
-    fn make_query(&self) -> Result<QueryPass, GpuError> {
-        let gpu = self.gpu();
-        let source = [
-            &argil_abi::wgsl(),
-            TABLES_WGSL,
-            QUERY_WGSL,
-            self.field_wgsl(),
-            include_str!("query.wgsl"),
-        ]
-        .concat();
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
-        let layout = gpu.with_error_scope(|| layout(gpu, "QueryPoint", &binds))?;
-        let [pipeline] = pipelines(gpu, source, &layout, &[], ["query"])?;
-        Ok((layout, pipeline))
-    }
+/// Describes the pass that evaluates the field at points.
+pub(crate) fn query_module(field_wgsl: &str) -> PassModule {
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        QUERY_WGSL,
+        field_wgsl,
+        include_str!("query.wgsl"),
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
+    PassModule::new("Query", &source, binds, &[], &["query"])
 }

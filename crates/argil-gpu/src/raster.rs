@@ -18,7 +18,7 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// A normal and the length of a ray.
 const NEAREST: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
-static MESH: TraceMode = TraceMode {
+pub(crate) static MESH: TraceMode = TraceMode {
     name: "mesh",
     more_name: "mesh with more light",
     march: wgsl::RASTER_HITS,
@@ -40,8 +40,6 @@ pub struct GpuMesh {
     indices: Option<StorageBuffer>,
     triangles: u32,
     corners: u32,
-    pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
     /// The previous frame's target.
     target: Mutex<Option<RasterTarget>>,
 }
@@ -65,27 +63,25 @@ impl GpuMesh {
         let mut indices = StorageBuffer::drawn("triangles");
         indices.write(gpu, mesh.triangles)?;
         let counts = [mesh.positions.len(), mesh.triangles.len()];
-        Self::of_tables(field, corners, Some(indices), counts.map(|n| n as u32))
+        Ok(Self::of_tables(
+            corners,
+            Some(indices),
+            counts.map(|n| n as u32),
+        ))
     }
 
     pub(crate) fn of_tables(
-        field: &GpuProgram,
         vertices: StorageBuffer,
         indices: Option<StorageBuffer>,
         [corners, triangles]: [u32; 2],
-    ) -> Result<Self, GpuError> {
-        let gpu = field.gpu();
-        field.picture(&MESH, MoreLight::default())?;
-        let (layout, pipeline) = gpu.with_error_scope(|| pipeline(gpu))?;
-        Ok(Self {
+    ) -> Self {
+        Self {
             vertices,
             indices,
             triangles,
             corners,
-            pipeline,
-            layout,
             target: Mutex::default(),
-        })
+        }
     }
 
     /// Returns the numbers of triangles and vertices.
@@ -145,7 +141,10 @@ impl GpuMesh {
             None => RasterTarget::new(field.gpu(), size)?,
         };
         let bound = vec![BoundResource::View(DRAWN, target.nearest.clone())];
+        let gpu = field.gpu();
+        let pass = field.plain_passes("triangles", || RasterPass::new(gpu))?;
         let drawing = RasterOutput {
+            pass: &pass,
             mesh: self,
             target: &target,
         };
@@ -209,6 +208,7 @@ impl RasterTarget {
 
 /// Triangles, and what they are drawn on.
 struct RasterOutput<'a> {
+    pass: &'a RasterPass,
     mesh: &'a GpuMesh,
     target: &'a RasterTarget,
 }
@@ -232,7 +232,7 @@ impl Drawing for RasterOutput<'_> {
             );
             let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Triangles"),
-                layout: &mesh.layout,
+                layout: &self.pass.layout,
                 entries: &[frame.entry()],
             });
             (frames.clone(), group)
@@ -262,7 +262,7 @@ impl Drawing for RasterOutput<'_> {
         if let Some(vertices) = mesh.vertices.buffer()
             && mesh.triangles > 0
         {
-            pass.set_pipeline(&mesh.pipeline);
+            pass.set_pipeline(&self.pass.pipeline);
             pass.set_bind_group(0, &*group, &[offset]);
             pass.set_vertex_buffer(0, vertices.slice(..));
             match mesh.indices.as_ref().and_then(StorageBuffer::buffer) {
@@ -273,6 +273,19 @@ impl Drawing for RasterOutput<'_> {
                 None => pass.draw(0..3 * mesh.triangles, 0..1),
             }
         }
+    }
+}
+
+/// What draws triangles.
+struct RasterPass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl RasterPass {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let (layout, pipeline) = gpu.with_error_scope(|| pipeline(gpu))?;
+        Ok(Self { layout, pipeline })
     }
 }
 
@@ -306,6 +319,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
             bind_group_layouts: &[Some(&layout)],
             ..wgpu::PipelineLayoutDescriptor::default()
         });
+    gpu.counters.pipelines.add(1);
     let pipeline = gpu
         .device
         .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -338,7 +352,7 @@ fn pipeline(gpu: &Gpu) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
                 targets: &[Some(NEAREST.into())],
             }),
             multiview_mask: None,
-            cache: None,
+            cache: gpu.pipeline_cache(),
         });
     (layout, pipeline)
 }

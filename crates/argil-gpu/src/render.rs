@@ -1,8 +1,7 @@
 //! The passes of an image, compiled once for a program and a trace mode, and recorded once for a frame.
 
 use crate::bindings::{
-    Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL, layout,
-    pipelines,
+    Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL,
 };
 use crate::frame::{FrameBuffers, FramePasses};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
@@ -10,8 +9,9 @@ use crate::frame_stages::{
     ALL_MODES, CONE, DEFERRED, MARCH, MORE_LIGHT, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
     WITH_CONES, WORK_PER_DISPATCH, band_rows, stages,
 };
+use crate::pass_module::{PassModule, Passes};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
-use crate::resolve::ResolvePass;
+use crate::resolve::resolve_module;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
 use argil_abi::FrameUniform;
@@ -34,10 +34,7 @@ pub(crate) static FIELD: TraceMode = TraceMode {
     draws: false,
     is_exact: true,
     paths: Some(PathMode {
-        names: [
-            "paths through the field",
-            "paths through the field and glass",
-        ],
+        name: "paths through the field",
         wgsl: wgsl::FIELD_PATHS,
         binds: &[],
     }),
@@ -45,14 +42,14 @@ pub(crate) static FIELD: TraceMode = TraceMode {
 };
 
 impl GpuProgram {
-    /// Returns the passes of a trace mode, and compiles them when first asked for.
+    /// Returns the passes of a trace mode. Each is compiled when it first runs.
     pub(crate) fn picture(
         &self,
         way: &'static TraceMode,
         more: MoreLight,
     ) -> Result<Arc<RenderPasses>, GpuError> {
         let has_more = more.is_any();
-        let make = || RenderPasses::new(self.gpu(), self.field_wgsl(), way, has_more);
+        let make = || RenderPasses::new(self.gpu(), &self.field_wgsl(), way, has_more);
         let name = if has_more { way.more_name } else { way.name };
         if way.has_cones {
             return self.plain_passes(name, make);
@@ -61,18 +58,6 @@ impl GpuProgram {
             self.check_evaluations(MORE_EVALUATIONS)?;
         }
         self.passes(name, make)
-    }
-
-    /// Compiles the passes of images, instead of with the first image. For a program that the device cannot evaluate,
-    /// does nothing: an image through the field returns the error.
-    ///
-    /// # Errors
-    /// If the device does not accept them.
-    pub fn prepare(&self) -> Result<(), GpuError> {
-        if self.check_length().is_err() {
-            return Ok(());
-        }
-        self.picture(&FIELD, MoreLight::default()).map(|_| ())
     }
 
     /// Renders an image. [`argil_render::frame_uniforms`] makes `frames`, one per sample. Returns the image, and
@@ -98,62 +83,61 @@ impl GpuProgram {
     }
 }
 
+/// Describes the passes of images of a trace mode.
+pub(crate) fn frame_module(field_wgsl: &str, way: &TraceMode, has_more: bool) -> PassModule {
+    let more = if has_more { wgsl::MORE_LIGHT } else { "" };
+    let source = [
+        &argil_abi::wgsl(),
+        TABLES_WGSL,
+        FRAME_WGSL,
+        PICTURE_WGSL,
+        &(way.tables)(),
+        field_wgsl,
+        wgsl::CAMERA,
+        way.march,
+        wgsl::RESOLVE_HITS,
+        wgsl::SHADE,
+        more,
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Uniforms(FRAME),
+        Bind::Write(HITS),
+        Bind::Write(COLORS),
+    ]);
+    binds.extend(way.binds);
+    let mut constants = way.constants.to_vec();
+    constants.push(("HAS_MORE_LIGHT", f64::from(u8::from(has_more))));
+    let mut entry_points = ALL_MODES.to_vec();
+    if way.has_cones {
+        entry_points.extend(WITH_CONES);
+    }
+    if has_more {
+        entry_points.extend(MORE_LIGHT);
+    }
+    let label = if has_more { way.more_name } else { way.name };
+    PassModule::new(label, &source, binds, &constants, &entry_points)
+}
+
 /// The passes of an image.
 pub(crate) struct RenderPasses {
     way: &'static TraceMode,
-    layout: wgpu::BindGroupLayout,
-    pipelines: Vec<wgpu::ComputePipeline>,
+    passes: Passes,
     /// The buffers of the previous frame.
     target: Mutex<Option<FrameBuffers>>,
 }
 
 impl RenderPasses {
-    /// Compiles the passes for a program's interpreter.
+    /// Describes the passes for a program's interpreter. Each is compiled when it first runs.
     pub(crate) fn new(
         gpu: &Gpu,
         field_wgsl: &str,
         way: &'static TraceMode,
         has_more: bool,
     ) -> Result<Self, GpuError> {
-        let more = if has_more { wgsl::MORE_LIGHT } else { "" };
-        let source = [
-            &argil_abi::wgsl(),
-            TABLES_WGSL,
-            FRAME_WGSL,
-            PICTURE_WGSL,
-            &(way.tables)(),
-            field_wgsl,
-            wgsl::CAMERA,
-            way.march,
-            wgsl::RESOLVE_HITS,
-            wgsl::SHADE,
-            more,
-        ]
-        .concat();
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([
-            Bind::Uniforms(FRAME),
-            Bind::Write(HITS),
-            Bind::Write(COLORS),
-        ]);
-        binds.extend(way.binds);
-        let layout = gpu.with_error_scope(|| layout(gpu, "Picture", &binds))?;
-        let mut constants = way.constants.to_vec();
-        constants.push(("HAS_MORE_LIGHT", f64::from(u8::from(has_more))));
-        let all = pipelines(gpu, source.clone(), &layout, &constants, ALL_MODES)?;
-        let mut all = Vec::from(all);
-        if way.has_cones {
-            let own = pipelines(gpu, source.clone(), &layout, &constants, WITH_CONES)?;
-            all.extend(own);
-        }
-        if has_more {
-            let own = pipelines(gpu, source, &layout, &constants, MORE_LIGHT)?;
-            all.extend(own);
-        }
         Ok(Self {
             way,
-            layout,
-            pipelines: all,
+            passes: Passes::new(gpu, frame_module(field_wgsl, way, has_more))?,
             target: Mutex::default(),
         })
     }
@@ -198,10 +182,10 @@ impl RenderPasses {
             }
             None => FrameBuffers::new(gpu, key, record(), self.way.has_cones)?,
         };
+        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
         let passes = FramePasses {
-            layout: &self.layout,
-            pipelines: &self.pipelines,
-            resolve: &*field.plain_passes("resolve", || ResolvePass::new(gpu))?,
+            frame: &self.passes,
+            resolve: &resolve,
         };
         let bound = field.bound().chain(bound).collect();
         let drawn = target.run(gpu, passes, bound, extras, frames).await?;

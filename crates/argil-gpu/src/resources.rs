@@ -17,7 +17,7 @@ pub(crate) fn uniform_of<T>(gpu: &Gpu, label: &str) -> wgpu::Buffer {
 
 /// Creates a uniform buffer of a size.
 pub(crate) fn uniform_for(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+    gpu.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
@@ -115,7 +115,7 @@ pub(crate) async fn upload(
             );
         })?;
         // The staging memory is freed once it has arrived.
-        gpu.queue.submit([]);
+        gpu.flush();
         gpu.wait().await?;
     }
     Ok(())
@@ -133,7 +133,7 @@ pub(crate) async fn read_texels(
     let row = width as usize * texels.bytes();
     let padded = (row as u32).next_multiple_of(ROW_ALIGNMENT);
     let staged = gpu.with_error_scope(|| {
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        let buffer = gpu.create_buffer(&wgpu::BufferDescriptor {
             label: Some("texels"),
             size: u64::from(padded) * u64::from(height) * layers.len() as u64,
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
@@ -163,7 +163,7 @@ pub(crate) async fn read_texels(
             },
             extent(width, height, layers.len() as u32),
         );
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
         buffer
     })?;
     let read = gpu.read_back(&staged, staged.size()).await?;

@@ -70,7 +70,7 @@ impl StorageBuffer {
                 usage,
                 mapped_at_creation: false,
             };
-            self.buffer = Some(gpu.with_error_scope(|| gpu.device.create_buffer(&descriptor))?);
+            self.buffer = Some(gpu.with_error_scope(|| gpu.create_buffer(&descriptor))?);
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ impl Timing {
                 ty: wgpu::QueryType::Timestamp,
                 count: capacity,
             });
-            let resolved = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            let resolved = gpu.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("Timing::resolved"),
                 size: u64::from(capacity) * 8,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
@@ -79,7 +79,7 @@ impl Timing {
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.resolve_query_set(&self.set, 0..self.used, &self.resolved, 0);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
         let bytes = gpu
             .read_back(&self.resolved, u64::from(self.used) * 8)
             .await?;

@@ -32,8 +32,8 @@ pub(crate) struct TraceMode {
 /// How paths of light pass through a representation.
 #[derive(Debug)]
 pub(crate) struct PathMode {
-    /// Unique names: of its passes, and of those with the one for glass.
-    pub names: [&'static str; 2],
+    /// Unique name of its passes.
+    pub name: &'static str,
     /// WGSL that answers what paths ask, besides [`TraceMode::tables`].
     pub wgsl: &'static str,
     /// The bindings that it uses.

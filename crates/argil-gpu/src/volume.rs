@@ -193,8 +193,6 @@ impl GpuVolume {
         kind: impl VolumeTables,
     ) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        // Compile now, and not when the first image is wanted.
-        field.picture(kind.way(), MoreLight::default())?;
         let (view, sampler, uniform) = gpu.with_error_scope(|| {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {

@@ -62,7 +62,7 @@ pub mod wgsl {
     pub const BRICK_CELLS: &str = include_str!("bricks/cell.wgsl");
     /// Reads the materials of sparse bricks.
     pub const BRICK_MATERIALS: &str = include_str!("bricks/material.wgsl");
-    /// Builds sparse bricks: lists, `measure`, `plan`, `fill_bricks`, `fill_materials`, `mark_empty_blocks` and `release_freed`.
+    /// Builds sparse bricks: lists, `measure`, `fill_bricks`, `fill_materials`, `mark_empty_blocks` and `release_freed`.
     pub const BRICK_BUILD: &str = concat!(
         include_str!("bricks/build.wgsl"),
         include_str!("bricks/measure.wgsl"),
@@ -70,6 +70,8 @@ pub mod wgsl {
         include_str!("bricks/material_bake.wgsl"),
         include_str!("bricks/release.wgsl")
     );
+    /// Plans the dispatches of a build of sparse bricks: `plan`.
+    pub const BRICK_PLAN: &str = include_str!("bricks/dispatches.wgsl");
     /// Moves sparse bricks to another pool: `repack`.
     pub const BRICK_REPACK: &str = include_str!("bricks/repack.wgsl");
     /// Fills an octree's bricks and vacant cells: `fill_bricks` and `fill_vacant`.

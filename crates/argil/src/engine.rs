@@ -1,5 +1,6 @@
 use crate::EngineError;
-use argil_gpu::{DeviceInfo, DeviceKind, Gpu};
+use crate::mesh_cache::cache_folder;
+use argil_gpu::{DeviceInfo, DeviceKind, Gpu, GpuCounters};
 use argil_math::Control;
 use std::sync::Arc;
 
@@ -45,7 +46,7 @@ impl Engine {
         match backend {
             Backend::Cpu => Ok(Self::cpu()),
             Backend::Gpu => {
-                let gpu = Gpu::open().await?;
+                let gpu = open().await?;
                 Ok(Self {
                     gpu: Some(Arc::new(gpu)),
                     selection_reason: "a GPU was requested".into(),
@@ -62,7 +63,7 @@ impl Engine {
                         control: Control::default(),
                     });
                 };
-                match Gpu::open().await {
+                match open().await {
                     Ok(gpu) => Ok(Self {
                         gpu: Some(Arc::new(gpu)),
                         selection_reason: format!("{} is a GPU", device.name),
@@ -94,6 +95,12 @@ impl Engine {
     /// Returns the kind of GPU, or `None` on the CPU.
     pub fn gpu_kind(&self) -> Option<DeviceKind> {
         self.gpu.as_ref().map(|gpu| gpu.info().kind)
+    }
+
+    /// Returns what the GPU has been asked to do since it was opened, or `None` on the CPU. The difference between two calls is
+    /// what the work in between took.
+    pub fn gpu_counters(&self) -> Option<GpuCounters> {
+        self.gpu.as_ref().map(|gpu| gpu.counters())
     }
 
     /// Returns an engine on the same device whose long work reports to a [`Control`], which can also cancel it.
@@ -129,4 +136,13 @@ impl Engine {
     pub fn selection_reason(&self) -> &str {
         &self.selection_reason
     }
+}
+
+/// Opens the best device. It keeps compiled pipelines where meshes keep their samples.
+async fn open() -> Result<Gpu, argil_gpu::GpuError> {
+    let gpu = Gpu::open().await?;
+    Ok(match cache_folder() {
+        Some(folder) => gpu.with_pipeline_cache(&folder.join("pipelines")),
+        None => gpu,
+    })
 }

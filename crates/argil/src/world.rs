@@ -59,11 +59,7 @@ impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
         let program = Program::lower(scene)?;
         let gpu = match &engine.gpu {
-            Some(gpu) => {
-                let field = GpuProgram::new(gpu.clone(), &program, false)?;
-                field.prepare()?;
-                Some(field)
-            }
+            Some(gpu) => Some(GpuProgram::new(gpu.clone(), &program, false)?),
             None => None,
         };
         let focus = view_bounds_of(scene, &program);

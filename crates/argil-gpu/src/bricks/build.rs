@@ -128,7 +128,7 @@ impl<'a> BrickBuilder<'a> {
             if let Some(buffer) = self.materials.buffer() {
                 encoder.clear_buffer(buffer, 0, None);
             }
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         let mut recorder = PassRecorder::new(gpu)?;
         let blocks = self.runs.iter().map(|run| run.slots.len() as u64);

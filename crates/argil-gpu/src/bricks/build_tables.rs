@@ -57,7 +57,7 @@ impl EditScratch {
         self.arguments.reserve_exact(gpu, bytes)?;
         if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
             let buffer = gpu.with_error_scope(|| {
-                gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                gpu.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("bricks to fill"),
                     size: bytes,
                     usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,

@@ -134,7 +134,7 @@ impl GpuCellTable {
                     let bytes = 256 * u64::from(old_slots);
                     encoder.copy_buffer_to_buffer(from, from_at, to, to_at, bytes);
                 }
-                gpu.queue.submit([encoder.finish()]);
+                gpu.submit(encoder);
             })?;
             self.write_head(gpu);
         } else {

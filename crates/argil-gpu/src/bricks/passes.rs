@@ -4,8 +4,9 @@ use super::build_tables::{BrickTargets, EditScratch};
 use super::repack::RepackPass;
 use crate::bindings::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
-    TABLES_WGSL, TEXELS, VOLUME, entry, layout, pipelines,
+    TABLES_WGSL, TEXELS, VOLUME, entry,
 };
+use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::program::check_depth;
 use crate::storage_buffer::StorageBuffer;
@@ -29,7 +30,6 @@ const EVALUATIONS_TO_PRUNE: u64 = 4;
 /// The bindings, as the shader names them.
 const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickBuildUniform;
-@group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
 @group(0) @binding(BIND_CELLS) var<storage, read_write> cells: array<u32>;
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
 @group(0) @binding(BIND_CANDIDATES) var<storage, read_write> near_cells: array<u32>;
@@ -38,97 +38,103 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_PRUNE) var<uniform> prune: PruneUniform;
 ";
 
+const PLAN_BINDS_WGSL: &str = "
+@group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickBuildUniform;
+@group(0) @binding(BIND_ARGUMENTS) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
+";
+
+/// Returns the samples of a brick that each thread of its group has.
+pub(crate) fn samples_per_thread(brick_size_voxels: u32) -> u32 {
+    (brick_size_voxels + 1).pow(3).div_ceil(BRICK_GROUP)
+}
+
+/// Describes the passes that build bricks of a size, from the interpreter with pruning.
+pub(crate) fn build_module(
+    pruning_wgsl: &str,
+    texels: TexelFormat,
+    brick_size_voxels: u32,
+) -> PassModule {
+    let samples = samples_per_thread(brick_size_voxels);
+    let samples = format!("const SAMPLES_PER_THREAD: u32 = {samples}u;\n");
+    let source = [
+        &argil_abi::wgsl(),
+        &samples,
+        TABLES_WGSL,
+        &crate::dense::target_wgsl(texels),
+        BINDS_WGSL,
+        pruning_wgsl,
+        wgsl::BAKE_LEVEL,
+        wgsl::BRICK_CELLS,
+        wgsl::BRICK_MATERIALS,
+        wgsl::BRICK_BUILD,
+    ];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Uniform(VOLUME),
+        Bind::Uniform(FILL),
+        Bind::Target(TEXELS, texels.format()),
+        Bind::Write(CELLS),
+        Bind::Write(CANDIDATES),
+        Bind::Write(COUNTERS),
+        Bind::Write(BRICK_MATERIALS),
+        Bind::Write(LISTS),
+        Bind::Uniform(PRUNE),
+    ]);
+    let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
+    let entry_points = [
+        "begin_lists",
+        "prune_cells",
+        "measure",
+        "fill_bricks",
+        "fill_materials",
+        "mark_empty_blocks",
+        "release_freed",
+    ];
+    PassModule::new("Bricks::build", &source, binds, &constants, &entry_points).with_constant(
+        "prune_cells",
+        "MARKING",
+        1.0,
+    )
+}
+
+/// Describes the pass that plans dispatches. It has a module of its own, because an indirect dispatch's arguments must not
+/// be bound in the same pass.
+pub(crate) fn plan_module() -> PassModule {
+    let source = [&argil_abi::wgsl(), PLAN_BINDS_WGSL, wgsl::BRICK_PLAN];
+    let binds = vec![
+        Bind::Uniform(VOLUME),
+        Bind::Write(ARGUMENTS),
+        Bind::Write(COUNTERS),
+    ];
+    PassModule::new("Bricks::plan", &source, binds, &[], &["plan"])
+}
+
 /// The passes that build bricks.
 pub(crate) struct BrickPasses {
-    layout: wgpu::BindGroupLayout,
-    plan_layout: wgpu::BindGroupLayout,
-    begin_lists: wgpu::ComputePipeline,
-    prune_cells: wgpu::ComputePipeline,
-    measure: wgpu::ComputePipeline,
-    plan: wgpu::ComputePipeline,
-    fill_bricks: wgpu::ComputePipeline,
-    fill_materials: wgpu::ComputePipeline,
-    mark_empty_blocks: wgpu::ComputePipeline,
-    release_freed: wgpu::ComputePipeline,
+    build: Passes,
+    plan: Passes,
     /// Moves bricks from one pool to another.
     pub(super) repack: RepackPass,
 }
 
 impl BrickPasses {
-    /// Returns the passes for a program and a sample format, and compiles them when first asked for.
-    pub(super) fn of(field: &GpuProgram, bits: SampleFormat) -> Result<Arc<Self>, GpuError> {
-        let name = match bits {
-            SampleFormat::Snorm8 => "bricks of 8 bits",
-            SampleFormat::Snorm16 => "bricks of 16 bits",
-        };
-        field.passes(name, || Self::new(field, bits))
+    /// Returns the passes for a program, a sample format and a brick size.
+    pub(super) fn of(
+        field: &GpuProgram,
+        bits: SampleFormat,
+        side: u32,
+    ) -> Result<Arc<Self>, GpuError> {
+        let key = ("bricks", bits.bytes() as u32 + 16 * side);
+        field.passes(key, || Self::new(field, bits, side))
     }
 
-    pub(super) fn new(field: &GpuProgram, bits: SampleFormat) -> Result<Self, GpuError> {
+    fn new(field: &GpuProgram, bits: SampleFormat, side: u32) -> Result<Self, GpuError> {
         let gpu = field.gpu();
-        let source = [
-            &argil_abi::wgsl(),
-            TABLES_WGSL,
-            &crate::dense::target_wgsl(gpu.texels(bits)),
-            BINDS_WGSL,
-            &field.opcodes.pruning_wgsl(),
-            wgsl::BAKE_LEVEL,
-            wgsl::BRICK_CELLS,
-            wgsl::BRICK_MATERIALS,
-            wgsl::BRICK_BUILD,
-        ]
-        .concat();
-        let mut binds = FIELD_BINDS.to_vec();
-        binds.extend([
-            Bind::Uniform(VOLUME),
-            Bind::Uniform(FILL),
-            Bind::Target(TEXELS, gpu.texels(bits).format()),
-            Bind::Write(CELLS),
-            Bind::Write(CANDIDATES),
-            Bind::Write(COUNTERS),
-            Bind::Write(BRICK_MATERIALS),
-            Bind::Write(LISTS),
-            Bind::Uniform(PRUNE),
-        ]);
-        let layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::make", &binds))?;
-        let constants = [("BRICK_GROUP", f64::from(BRICK_GROUP))];
-        let entry_points = [
-            "begin_lists",
-            "measure",
-            "fill_bricks",
-            "fill_materials",
-            "mark_empty_blocks",
-            "release_freed",
-        ];
-        let [
-            begin_lists,
-            measure,
-            fill_bricks,
-            fill_materials,
-            mark_empty_blocks,
-            release_freed,
-        ] = pipelines(gpu, source.clone(), &layout, &constants, entry_points)?;
-        let marking = [constants[0], ("MARKING", 1.0)];
-        let [prune_cells] = pipelines(gpu, source.clone(), &layout, &marking, ["prune_cells"])?;
-        // An indirect dispatch's arguments must not be bound in the same pass.
-        let binds = [
-            Bind::Uniform(VOLUME),
-            Bind::Write(ARGUMENTS),
-            Bind::Write(COUNTERS),
-        ];
-        let plan_layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::plan", &binds))?;
-        let [plan] = pipelines(gpu, source, &plan_layout, &[], ["plan"])?;
+        let build = build_module(&field.pruning_wgsl(), gpu.texels(bits), side);
         Ok(Self {
-            layout,
-            plan_layout,
-            begin_lists,
-            prune_cells,
-            measure,
-            plan,
-            fill_bricks,
-            fill_materials,
-            mark_empty_blocks,
-            release_freed,
+            build: Passes::new(gpu, build)?,
+            plan: Passes::new(gpu, plan_module())?,
             repack: RepackPass::new(gpu, bits)?,
         })
     }
@@ -141,10 +147,7 @@ pub(super) fn check(
     layout: &BrickLayout,
 ) -> Result<(), GpuError> {
     check_depth(program)?;
-    let samples = u64::from(layout.brick_samples());
-    let each = samples
-        .div_ceil(u64::from(BRICK_GROUP))
-        .max(EVALUATIONS_TO_PRUNE);
+    let each = u64::from(samples_per_thread(layout.brick_size_voxels)).max(EVALUATIONS_TO_PRUNE);
     if u64::from(field.budget) < each {
         return Err(GpuError::TooLong {
             name: field.gpu().info.name.clone(),
@@ -218,11 +221,11 @@ fn groups_of(
                 entries,
             })
         };
-        let bind_group = group("Bricks::make", &passes.layout, &entries);
+        let bind_group = group("Bricks::build", &passes.build.layout, &entries);
         let mut entries = vec![entry(VOLUME, &scratch.words)];
         entries.extend(scratch.arguments.binding(ARGUMENTS));
         entries.extend(site.counters.binding(COUNTERS));
-        let plan_group = group("Bricks::plan", &passes.plan_layout, &entries);
+        let plan_group = group("Bricks::plan", &passes.plan.layout, &entries);
         (bind_group, plan_group)
     })
 }
@@ -238,7 +241,8 @@ pub(super) async fn encode_build(
     let gpu = field.gpu();
     let last = &order.prune;
     let bits = TexelFormat::of(site.texture.format()).bits();
-    let passes = BrickPasses::of(field, bits)?;
+    let passes = BrickPasses::of(field, bits, order.words.brick_size_voxels)?;
+    let build = |name| passes.build.get(gpu, name);
     scratch.reserve_arguments(gpu, order.words.chunks)?;
     gpu.queue
         .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
@@ -247,17 +251,22 @@ pub(super) async fn encode_build(
         .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
     let groups = rows((order.length as u32).div_ceil(64).max(1));
     recorder
-        .pass("prune", &passes.begin_lists, &bind_group, groups)
+        .pass("prune", build("begin_lists")?, &bind_group, groups)
         .await?;
     recorder
-        .pass("measure", &passes.measure, &bind_group, rows(last.count))
+        .pass("measure", build("measure")?, &bind_group, rows(last.count))
         .await?;
     if last.build_mode == abi::BUILD_COUNT_ONLY {
         return Ok(());
     }
     let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
     recorder
-        .pass("measure", &passes.plan, &plan_group, groups)
+        .pass(
+            "measure",
+            passes.plan.get(gpu, "plan")?,
+            &plan_group,
+            groups,
+        )
         .await?;
     let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
         return Err(GpuError::Lost("no buffer".into()));
@@ -268,7 +277,7 @@ pub(super) async fn encode_build(
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let bytes = 24 * u64::from(order.words.chunks);
         encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
     })?;
     for chunk in 0..order.words.chunks {
         let fill = FillUniform {
@@ -279,25 +288,25 @@ pub(super) async fn encode_build(
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk) + 12);
         recorder
-            .pass("prune", &passes.prune_cells, &bind_group, groups)
+            .pass("prune", build("prune_cells")?, &bind_group, groups)
             .await?;
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk));
         recorder
-            .pass("fill", &passes.fill_bricks, &bind_group, groups)
+            .pass("fill", build("fill_bricks")?, &bind_group, groups)
             .await?;
         if order.mixes {
             recorder
-                .pass("materials", &passes.fill_materials, &bind_group, groups)
+                .pass("materials", build("fill_materials")?, &bind_group, groups)
                 .await?;
         }
     }
     let groups = rows(last.count.div_ceil(64));
     recorder
-        .pass("release", &passes.mark_empty_blocks, &bind_group, groups)
+        .pass("release", build("mark_empty_blocks")?, &bind_group, groups)
         .await?;
     let groups = DispatchSize::Direct([1, 1, 1]);
     recorder
-        .pass("release", &passes.release_freed, &bind_group, groups)
+        .pass("release", build("release_freed")?, &bind_group, groups)
         .await?;
     Ok(())
 }

@@ -93,7 +93,11 @@ impl BrickTables {
         mixed: u64,
     ) -> Result<wgpu::Texture, GpuError> {
         let gpu = field.gpu();
-        let passes = BrickPasses::of(field, self.layout.encoding.format)?;
+        let passes = BrickPasses::of(
+            field,
+            self.layout.encoding.format,
+            self.layout.brick_size_voxels,
+        )?;
         let capacity: u64 = pool.map(u64::from).iter().product();
         let moved = pool_texture(gpu, &self.layout, pool)?;
         let mut materials = StorageBuffer::new("bricks' materials");
@@ -110,7 +114,7 @@ impl BrickTables {
                 let first = 4 * u64::from(abi::COUNTER_FILLED);
                 encoder.copy_buffer_to_buffer(from, first, to, first, head - first);
             }
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         let old = BrickTargets {
             texture,

@@ -132,7 +132,7 @@ impl PoolAccounting {
         };
         let bytes = 4 * u64::from(abi::COUNTERS);
         let buffer = gpu.with_error_scope(|| {
-            let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            let buffer = gpu.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("counters"),
                 size: bytes,
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
@@ -142,7 +142,7 @@ impl PoolAccounting {
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
             buffer
         })?;
         let arrived = Arc::new(OnceLock::new());

@@ -5,9 +5,10 @@ use super::cells::GpuCellTable;
 use super::tables::march_words;
 use crate::bindings::{
     BRICK_MATERIALS, Bind, CELLS, COUNTERS, OLD_MATERIALS, OLD_POOL, STORED, TEXELS, VOLUME, entry,
-    layout, pipelines,
 };
+use crate::pass_module::{PassModule, Passes};
 use crate::resources::uniform_of;
+use crate::texel_format::TexelFormat;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, BrickUniform};
 use argil_volume::{BrickLayout, SampleFormat, wgsl};
@@ -23,39 +24,38 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_OLD_POOL) var<uniform> old: Repack;
 ";
 
-/// The pass, compiled once for a sample format.
-pub(crate) struct RepackPass {
-    layout: wgpu::BindGroupLayout,
-    repack: wgpu::ComputePipeline,
+/// Describes the pass for a texel format.
+pub(crate) fn repack_module(texels: TexelFormat) -> PassModule {
+    let target = format!(
+        "@group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{}, write>;\n",
+        texels.wgsl()
+    );
+    let source = [
+        &argil_abi::wgsl(),
+        BINDS_WGSL,
+        &target,
+        wgsl::BRICK_CELLS,
+        wgsl::BRICK_REPACK,
+    ];
+    let binds = vec![
+        Bind::Uniform(VOLUME),
+        Bind::Texture(STORED),
+        Bind::Target(TEXELS, texels.format()),
+        Bind::Write(CELLS),
+        Bind::Write(BRICK_MATERIALS),
+        Bind::Write(COUNTERS),
+        Bind::Read(OLD_MATERIALS),
+        Bind::Uniform(OLD_POOL),
+    ];
+    PassModule::new("Bricks::repack", &source, binds, &[], &["repack"])
 }
+
+/// The pass on a device.
+pub(crate) struct RepackPass(Passes);
 
 impl RepackPass {
     pub(super) fn new(gpu: &Gpu, bits: SampleFormat) -> Result<Self, GpuError> {
-        let format = gpu.texels(bits).wgsl();
-        let target = format!(
-            "@group(0) @binding(BIND_TEXELS) var texels: texture_storage_3d<{format}, write>;\n"
-        );
-        let source = [
-            &argil_abi::wgsl(),
-            BINDS_WGSL,
-            &target,
-            wgsl::BRICK_CELLS,
-            wgsl::BRICK_REPACK,
-        ]
-        .concat();
-        let binds = [
-            Bind::Uniform(VOLUME),
-            Bind::Texture(STORED),
-            Bind::Target(TEXELS, gpu.texels(bits).format()),
-            Bind::Write(CELLS),
-            Bind::Write(BRICK_MATERIALS),
-            Bind::Write(COUNTERS),
-            Bind::Read(OLD_MATERIALS),
-            Bind::Uniform(OLD_POOL),
-        ];
-        let layout = gpu.with_error_scope(|| self::layout(gpu, "Bricks::repack", &binds))?;
-        let [repack] = pipelines(gpu, source, &layout, &[], ["repack"])?;
-        Ok(Self { layout, repack })
+        Passes::new(gpu, repack_module(gpu.texels(bits))).map(Self)
     }
 
     /// Moves all bricks from one pool to another, and updates the cells.
@@ -71,6 +71,7 @@ impl RepackPass {
         let before = [from[0], from[1], from.iter().product(), 0];
         let [old_view, view] = [old.texture, new.texture]
             .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
+        let repack = self.0.get(gpu, "repack")?;
         gpu.with_error_scope(|| {
             let volume = uniform_of::<BrickUniform>(gpu, "volume");
             let old_pool = uniform_of::<[u32; 4]>(gpu, "the pool before");
@@ -94,20 +95,20 @@ impl RepackPass {
             entries.extend(old.materials.binding(OLD_MATERIALS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("Bricks::repack"),
-                layout: &self.layout,
+                layout: &self.0.layout,
                 entries: &entries,
             });
             let mut encoder = gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.repack);
+            pass.set_pipeline(repack);
             pass.set_bind_group(0, &bind_group, &[]);
             let blocks = cells.table.slots() as u32;
             let rows = blocks.div_ceil(abi::DISPATCH_ROW);
             pass.dispatch_workgroups(blocks.min(abi::DISPATCH_ROW), rows, 1);
             drop(pass);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })
     }
 }

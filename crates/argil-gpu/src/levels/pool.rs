@@ -99,7 +99,7 @@ impl LevelPool {
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let whole = old.size();
             encoder.copy_texture_to_texture(old.as_image_copy(), texture.as_image_copy(), whole);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.submit(encoder);
         })?;
         Ok(Some(texture))
     }
@@ -163,7 +163,7 @@ impl LevelPool {
             })?;
             sent += staged.len() as u64;
             if sent > STAGING_BYTES {
-                gpu.queue.submit([]);
+                gpu.flush();
                 sent = 0;
             }
         }

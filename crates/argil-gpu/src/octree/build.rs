@@ -3,12 +3,14 @@
 use super::OctreeTables;
 use crate::bindings::{
     ARGUMENTS, Bind, CENTERS, FIELD_BINDS, FILL, KEYS, NODES, OCCUPIED, TABLES_WGSL, TEXELS,
-    TREE_WORDS, VOLUME, entry, layout, pipelines,
+    TREE_WORDS, VOLUME, entry,
 };
 use crate::dense::{layers, target_wgsl, tile_side};
+use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{texture, uniform_of};
 use crate::storage_buffer::StorageBuffer;
+use crate::texel_format::TexelFormat;
 use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, FillUniform, OctreeNode, OctreeUniform};
 use argil_field::Program;
@@ -41,9 +43,6 @@ const BRICKS_BINDS_WGSL: &str = "
 @group(0) @binding(BIND_KEYS) var<storage, read> keys: array<u32>;
 ";
 
-/// A pass's layout and its pipelines.
-type OctreePasses<const N: usize> = (wgpu::BindGroupLayout, [wgpu::ComputePipeline; N]);
-
 impl GpuVolume {
     /// Builds an octree from a field. Returns the volume and the timings.
     ///
@@ -64,21 +63,22 @@ impl GpuVolume {
         }
         let words = measures.uniform(program, keep);
         let build = OctreeBuilder::new(field, measures, &words, order)?;
-        let (tree_layout, [compact, rank, link]) = tree_passes(gpu)?;
-        let tree_group = build.tree_group(&tree_layout)?;
+        let tree = field.plain_passes("octree", || Passes::new(gpu, tree_module()))?;
+        let tree_group = build.tree_group(&tree.layout)?;
         let mut recorder = PassRecorder::new(gpu)?;
         build.select(&mut recorder, order).await?;
         let once = DispatchSize::Direct([1, 1, 1]);
         let (sort, groups) = match order {
-            BrickOrdering::PrefixSum => (&compact, once),
+            BrickOrdering::PrefixSum => (tree.get(gpu, "compact")?, once),
             BrickOrdering::EnumerationSort => {
                 let groups = (measures.capacity() as u32).div_ceil(256);
-                (&rank, DispatchSize::Direct([groups, 1, 1]))
+                (tree.get(gpu, "rank")?, DispatchSize::Direct([groups, 1, 1]))
             }
         };
         recorder.pass("sort", sort, &tree_group, groups).await?;
         build.fill(&mut recorder, program).await?;
-        recorder.pass("tree", &link, &tree_group, once).await?;
+        let link = tree.get(gpu, "build")?;
+        recorder.pass("tree", link, &tree_group, once).await?;
         let stages = recorder.finish().await?;
         let (voxel_grid, encoding) = (measures.voxel_grid, measures.encoding);
         let OctreeBuilder {
@@ -131,7 +131,7 @@ impl<'a> OctreeBuilder<'a> {
         let mut centers = StorageBuffer::new("distances of cells");
         centers.reserve_exact(gpu, 4 * u64::from(code_count))?;
         let (volume, fill, arguments) = gpu.with_error_scope(|| {
-            let arguments = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            let arguments = gpu.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("bricks to fill"),
                 size: 16,
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
@@ -190,13 +190,16 @@ impl<'a> OctreeBuilder<'a> {
         recorder: &mut PassRecorder<'_>,
         order: BrickOrdering,
     ) -> Result<(), GpuError> {
-        let (layout, [bits, list]) = select_passes(self.field.gpu(), self.field)?;
+        let (field, gpu) = (self.field, self.field.gpu());
+        let passes = field.passes("select bricks", || {
+            Passes::new(gpu, select_module(&field.field_wgsl()))
+        })?;
         let mut entries: Vec<_> = self.field.table_bindings().collect();
         entries.push(entry(VOLUME, &self.volume));
         entries.extend(self.tables.words.binding(TREE_WORDS));
         entries.extend(self.occupied.binding(OCCUPIED));
         entries.extend(self.centers.binding(CENTERS));
-        let group = self.group("Octree::select", &layout, &entries)?;
+        let group = self.group("Octree::select", &passes.layout, &entries)?;
         let groups = self.measures.code_count().div_ceil(64);
         let groups = DispatchSize::Direct([
             groups.min(abi::DISPATCH_ROW),
@@ -204,8 +207,8 @@ impl<'a> OctreeBuilder<'a> {
             1,
         ]);
         let select = match order {
-            BrickOrdering::PrefixSum => &bits,
-            BrickOrdering::EnumerationSort => &list,
+            BrickOrdering::PrefixSum => passes.get(gpu, "select_bits")?,
+            BrickOrdering::EnumerationSort => passes.get(gpu, "select_list")?,
         };
         recorder.pass("select", select, &group, groups).await
     }
@@ -219,8 +222,11 @@ impl<'a> OctreeBuilder<'a> {
         let (field, measures) = (self.field, &self.measures);
         let gpu = field.gpu();
         let side = tile_side(gpu, measures.brick_size_voxels);
-        let bits = measures.encoding.format;
-        let (layout, [bricks, vacant]) = bricks_passes(gpu, field, bits, side)?;
+        let texels = gpu.texels(measures.encoding.format);
+        let variant = texels.bits().bytes() as u32 + 16 * side;
+        let passes = field.passes(("fill octree", variant), || {
+            Passes::new(gpu, fill_module(&field.field_wgsl(), texels, side))
+        })?;
         let view = self
             .texture
             .create_view(&wgpu::TextureViewDescriptor::default());
@@ -234,7 +240,7 @@ impl<'a> OctreeBuilder<'a> {
         entries.extend(self.tables.words.binding(TREE_WORDS));
         entries.extend(self.centers.binding(CENTERS));
         entries.extend(self.tables.keys.binding(KEYS));
-        let group = self.group("Octree::fill", &layout, &entries)?;
+        let group = self.group("Octree::fill", &passes.layout, &entries)?;
         let fill = FillUniform {
             tile: measures.brick_size_voxels,
             ..measures
@@ -252,23 +258,25 @@ impl<'a> OctreeBuilder<'a> {
             gpu.queue
                 .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Indirect(&self.arguments, 0);
-            recorder.pass("fill", &bricks, &group, groups).await?;
+            let bricks = passes.get(gpu, "fill_bricks")?;
+            recorder.pass("fill", bricks, &group, groups).await?;
         }
         let groups = DispatchSize::Direct(measures.size_bricks.to_array());
-        recorder.pass("vacant", &vacant, &group, groups).await
+        let vacant = passes.get(gpu, "fill_vacant")?;
+        recorder.pass("vacant", vacant, &group, groups).await
     }
 }
 
-fn select_passes(gpu: &Gpu, field: &GpuProgram) -> Result<OctreePasses<2>, GpuError> {
+/// Describes the passes that find the cells with a surface.
+pub(crate) fn select_module(field_wgsl: &str) -> PassModule {
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
         SELECT_BINDS_WGSL,
-        field.field_wgsl(),
+        field_wgsl,
         argil_math::morton_wgsl(),
         wgsl::OCTREE_SELECT,
-    ]
-    .concat();
+    ];
     let mut binds = FIELD_BINDS.to_vec();
     binds.extend([
         Bind::Uniform(VOLUME),
@@ -276,14 +284,14 @@ fn select_passes(gpu: &Gpu, field: &GpuProgram) -> Result<OctreePasses<2>, GpuEr
         Bind::Write(OCCUPIED),
         Bind::Write(CENTERS),
     ]);
-    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::select", &binds))?;
-    let pipelines = pipelines(gpu, source, &layout, &[], ["select_bits", "select_list"])?;
-    Ok((layout, pipelines))
+    let entry_points = ["select_bits", "select_list"];
+    PassModule::new("Octree::select", &source, binds, &[], &entry_points)
 }
 
-fn tree_passes(gpu: &Gpu) -> Result<OctreePasses<3>, GpuError> {
-    let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::OCTREE_BUILD].concat();
-    let binds = [
+/// Describes the passes that sort cells and link nodes.
+pub(crate) fn tree_module() -> PassModule {
+    let source = [&argil_abi::wgsl(), TREE_BINDS_WGSL, wgsl::OCTREE_BUILD];
+    let binds = vec![
         Bind::Uniform(VOLUME),
         Bind::Write(NODES),
         Bind::Write(TREE_WORDS),
@@ -291,42 +299,34 @@ fn tree_passes(gpu: &Gpu) -> Result<OctreePasses<3>, GpuError> {
         Bind::Write(KEYS),
         Bind::Write(ARGUMENTS),
     ];
-    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::tree", &binds))?;
-    let pipelines = pipelines(gpu, source, &layout, &[], ["compact", "rank", "build"])?;
-    Ok((layout, pipelines))
+    let entry_points = ["compact", "rank", "build"];
+    PassModule::new("Octree::tree", &source, binds, &[], &entry_points)
 }
 
-fn bricks_passes(
-    gpu: &Gpu,
-    field: &GpuProgram,
-    bits: argil_volume::SampleFormat,
-    side: u32,
-) -> Result<OctreePasses<2>, GpuError> {
+/// Describes the passes that sample bricks and vacant cells, with `side`² threads in a group.
+pub(crate) fn fill_module(field_wgsl: &str, texels: TexelFormat, side: u32) -> PassModule {
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
-        &target_wgsl(gpu.texels(bits)),
+        &target_wgsl(texels),
         BRICKS_BINDS_WGSL,
-        field.field_wgsl(),
+        field_wgsl,
         argil_math::morton_wgsl(),
         wgsl::BAKE_LEVEL,
         wgsl::OCTREE_FILL,
-    ]
-    .concat();
+    ];
     let mut binds = FIELD_BINDS.to_vec();
     binds.extend([
         Bind::Uniform(VOLUME),
         Bind::Uniform(FILL),
-        Bind::Target(TEXELS, gpu.texels(bits).format()),
+        Bind::Target(TEXELS, texels.format()),
         Bind::Read(TREE_WORDS),
         Bind::Read(CENTERS),
         Bind::Read(KEYS),
     ]);
-    let layout = gpu.with_error_scope(|| layout(gpu, "Octree::fill", &binds))?;
     let constants = [("TILE_SIDE", f64::from(side))];
     let entry_points = ["fill_bricks", "fill_vacant"];
-    let pipelines = pipelines(gpu, source, &layout, &constants, entry_points)?;
-    Ok((layout, pipelines))
+    PassModule::new("Octree::fill", &source, binds, &constants, &entry_points)
 }
 
 /// Clears buffers.
@@ -341,6 +341,6 @@ fn clear<const N: usize>(
         for buffer in tables.into_iter().filter_map(|t| t.buffer()) {
             encoder.clear_buffer(buffer, 0, None);
         }
-        gpu.queue.submit([encoder.finish()]);
+        gpu.submit(encoder);
     })
 }

@@ -1,7 +1,9 @@
 // GPU version of brick_baker.rs: samples bricks.
 
+var<workgroup> nearest: atomic<u32>;
+var<workgroup> slot: u32;
 // Samples that a thread keeps until the group decides whether the brick is needed.
-var<private> own: array<f32, 20>;
+var<private> own: array<f32, SAMPLES_PER_THREAD>;
 
 fn sample_point(cell: vec3<i32>, i: u32) -> vec3<f32> {
     let side = volume.brick_size_voxels + 1u;
@@ -23,14 +25,16 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     }
     workgroupBarrier();
     var n = 0u;
+    var mine = 0xffffffffu;
     for (var i = local; i < samples; i += BRICK_GROUP) {
         let d = field_distance(sample_point(cell, i));
         own[n] = d;
         n++;
         // Ordered by magnitude, with the sign in the lowest bit.
         let bits = bitcast<u32>(d);
-        atomicMin(&nearest, (bits << 1u) | (bits >> 31u));
+        mine = min(mine, (bits << 1u) | (bits >> 31u));
     }
+    atomicMin(&nearest, mine);
     workgroupBarrier();
     if local == 0u {
         let bits = atomicLoad(&nearest);
@@ -63,8 +67,3 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
         n++;
     }
 }
-
-var<workgroup> first_packed: vec2<u32>;
-var<workgroup> differing: atomic<u32>;
-var<workgroup> first_place: atomic<u32>;
-var<workgroup> look: u32;

@@ -1,7 +1,14 @@
 // GPU version of material.rs: materials of bricks.
 
+var<workgroup> first_packed: vec2<u32>;
+var<workgroup> differing: atomic<u32>;
+var<workgroup> first_place: atomic<u32>;
+var<workgroup> look: u32;
+
+const MATERIAL_PLACES: u32 = MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
+
 // Evaluates a brick's materials: one brick per group, one sample per thread.
-@compute @workgroup_size(BRICK_GROUP)
+@compute @workgroup_size(MATERIAL_PLACES)
 fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let near = near_cell(fill.first_layer + id.x);
     let at = cell_index_of(near.x);
@@ -9,13 +16,12 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     let word = word_at(at);
     let cell = cell_at(at);
     let exists = is_brick(word);
-    let is_place = exists && local < MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE;
     let place = vec3(local % MATERIAL_SIDE, local / MATERIAL_SIDE % MATERIAL_SIDE, local / MATERIAL_SIDE / MATERIAL_SIDE);
     let inner = vec3<f32>(place) * (f32(volume.brick_size_voxels) / f32(MATERIAL_SIDE - 1u));
     var mine = vec2(0u);
     var is_near = false;
     var is_resolved = true;
-    if is_place {
+    if exists {
         let d = field_surface(volume.corner + volume.voxel_size * (vec3<f32>(cell * i32(volume.brick_size_voxels)) + inner));
         mine = pack_material(field_material);
         // Samples farther from the surface than the diagonal between samples do not count.
@@ -38,8 +44,8 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     workgroupBarrier();
     if !has_near {
         is_resolved = true;
-        is_near = is_place;
-        if is_place {
+        is_near = exists;
+        if exists {
             atomicMin(&first_place, local);
         }
     }
@@ -84,8 +90,8 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
     }
     workgroupBarrier();
     let block = look & ~BRICK_MIXED;
-    if is_place && (look & BRICK_MIXED) != 0u && block < volume.mixed {
-        let to = volume.capacity + 2u * (block * MATERIAL_SIDE * MATERIAL_SIDE * MATERIAL_SIDE + local);
+    if exists && (look & BRICK_MIXED) != 0u && block < volume.mixed {
+        let to = volume.capacity + 2u * (block * MATERIAL_PLACES + local);
         // Lists do not decide what is too far away to be sampled.
         let kept = select(first_packed, mine, is_resolved);
         brick_materials[to] = kept.x;

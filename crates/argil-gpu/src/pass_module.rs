@@ -1,0 +1,167 @@
+//! WGSL modules, what their passes bind, and the pipelines made from them.
+//!
+//! *Practice.* A [`PassModule`] needs no device, so that a compiler elsewhere can be asked what a device is given
+//! (`shader_modules.rs`). [`Passes`] belong to a device. They parse the module once, when its first pass runs, and
+//! create the pipeline of each pass when that one runs first.
+
+use crate::bindings::{Bind, layout};
+use crate::{Gpu, GpuError};
+use std::sync::OnceLock;
+
+/// The values of `override`s.
+pub(crate) type Constants = Vec<(&'static str, f64)>;
+
+/// A pass of a module, and the values of its own overrides.
+#[derive(Clone, Debug)]
+pub(crate) struct EntryPoint {
+    pub name: &'static str,
+    pub constants: Constants,
+}
+
+/// A WGSL module. All its passes have one layout.
+#[derive(Clone, Debug)]
+pub(crate) struct PassModule {
+    pub label: &'static str,
+    pub source: String,
+    pub binds: Vec<Bind>,
+    pub entry_points: Vec<EntryPoint>,
+}
+
+impl PassModule {
+    /// Describes a module whose passes share the values of overrides.
+    pub(crate) fn new(
+        label: &'static str,
+        source: &[&str],
+        binds: Vec<Bind>,
+        constants: &[(&'static str, f64)],
+        entry_points: &[&'static str],
+    ) -> Self {
+        let entry_points = entry_points.iter().map(|&name| EntryPoint {
+            name,
+            constants: constants.to_vec(),
+        });
+        Self {
+            label,
+            source: source.concat(),
+            binds,
+            entry_points: entry_points.collect(),
+        }
+    }
+
+    /// Sets an override of one pass.
+    pub(crate) fn with_constant(mut self, pass: &str, name: &'static str, value: f64) -> Self {
+        let own = self.entry_points.iter_mut().find(|own| own.name == pass);
+        if let Some(own) = own {
+            own.constants.push((name, value));
+        }
+        self
+    }
+}
+
+/// The passes of a module on a device.
+#[derive(Debug)]
+pub(crate) struct Passes {
+    module: PassModule,
+    pub layout: wgpu::BindGroupLayout,
+    pipeline_layout: wgpu::PipelineLayout,
+    shader: OnceLock<wgpu::ShaderModule>,
+    pipelines: Vec<OnceLock<wgpu::ComputePipeline>>,
+}
+
+impl Passes {
+    /// Creates the layout. Nothing is compiled yet.
+    pub(crate) fn new(gpu: &Gpu, module: PassModule) -> Result<Self, GpuError> {
+        let (layout, pipeline_layout) = gpu.with_error_scope(|| {
+            let layout = layout(gpu, module.label, &module.binds);
+            let pipeline_layout =
+                gpu.device
+                    .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                        label: Some(module.label),
+                        bind_group_layouts: &[Some(&layout)],
+                        immediate_size: 0,
+                    });
+            (layout, pipeline_layout)
+        })?;
+        let pipelines = module.entry_points.iter().map(|_| OnceLock::new());
+        Ok(Self {
+            layout,
+            pipeline_layout,
+            shader: OnceLock::new(),
+            pipelines: pipelines.collect(),
+            module,
+        })
+    }
+
+    /// Returns the numbers of the bindings.
+    pub(crate) fn places(&self) -> impl Iterator<Item = u32> + '_ {
+        self.module.binds.iter().map(|bind| bind.place())
+    }
+
+    /// Returns the pipeline of a pass. Compiles it when it is first asked for.
+    pub(crate) fn get(&self, gpu: &Gpu, name: &str) -> Result<&wgpu::ComputePipeline, GpuError> {
+        let mut names = self.module.entry_points.iter();
+        match names.position(|own| own.name == name) {
+            Some(index) => self.at(gpu, index),
+            None => Err(GpuError::Validation {
+                name: gpu.info.name.clone(),
+                reason: format!("{} has no pass {name}", self.module.label),
+            }),
+        }
+    }
+
+    /// Returns the pipeline of a pass by its index. Compiles it when it is first asked for.
+    pub(crate) fn at(&self, gpu: &Gpu, index: usize) -> Result<&wgpu::ComputePipeline, GpuError> {
+        let place = &self.pipelines[index];
+        if let Some(pipeline) = place.get() {
+            return Ok(pipeline);
+        }
+        let own = &self.module.entry_points[index];
+        let pipeline = gpu.with_error_scope(|| {
+            let module = self.shader.get_or_init(|| {
+                let source = self.module.source.as_str().into();
+                gpu.device
+                    .create_shader_module(wgpu::ShaderModuleDescriptor {
+                        label: Some(self.module.label),
+                        source: wgpu::ShaderSource::Wgsl(source),
+                    })
+            });
+            gpu.counters.pipelines.add(1);
+            gpu.device
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(own.name),
+                    layout: Some(&self.pipeline_layout),
+                    module,
+                    entry_point: Some(own.name),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: &own.constants,
+                        ..Default::default()
+                    },
+                    cache: gpu.pipeline_cache(),
+                })
+        })?;
+        // Nobody waits for what another compiles: who comes second drops the own one.
+        Ok(place.get_or_init(|| pipeline))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each pass is compiled when it is first asked for, and once; unknown ones are an error.
+    #[test]
+    fn passes_are_compiled_when_first_used() {
+        let gpu = pollster::block_on(Gpu::open()).expect("a device");
+        let source = "@compute @workgroup_size(1) fn a() {} @compute @workgroup_size(1) fn b() {}";
+        let module = PassModule::new("two", &[source], Vec::new(), &[], &["a", "b"]);
+        let passes = Passes::new(&gpu, module).expect("a layout");
+        let compiled = || gpu.counters().pipelines;
+        assert_eq!(compiled(), 0);
+        passes.get(&gpu, "b").expect("a pass");
+        passes.get(&gpu, "b").expect("a pass");
+        assert_eq!(compiled(), 1);
+        passes.at(&gpu, 0).expect("a pass");
+        assert_eq!(compiled(), 2);
+        assert!(passes.get(&gpu, "c").is_err());
+    }
+}
