@@ -5,7 +5,7 @@ use argil_abi as abi;
 use argil_math::Aabb;
 use argil_scene::{
     BlendProfile, Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene,
-    evaluated_copies, half_angle_about_y, max_blend_propagation, wrap_core,
+    evaluated_copies, half_angle_about_y, max_blend_propagation, nearest_is_own, wrap_core,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -239,9 +239,13 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         return (to - from).abs() + size;
     }
     let looked_at = evaluated_copies(modifier, content);
+    let own = nearest_is_own(modifier, content);
     let takes_all = match *modifier {
-        Modifier::Repeat { count, .. } => count == Some(looked_at),
-        Modifier::RadialRepeat { count } => count == looked_at[0],
+        Modifier::Repeat { spacing, count } => (0..3).all(|axis| match count {
+            Some(count) => own[axis] || count[axis] == looked_at[axis],
+            None => own[axis] || spacing[axis] <= 0.0,
+        }),
+        Modifier::RadialRepeat { count } => own[0] || count == looked_at[0],
         _ => true,
     };
     if takes_all {
@@ -275,6 +279,9 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     let (spacing, count) = match *modifier {
         Modifier::Repeat { spacing, count } => (spacing, count),
         Modifier::RadialRepeat { count } => {
+            if nearest_is_own(modifier, content)[0] {
+                return f32::INFINITY;
+            }
             let looked_at = evaluated_copies(modifier, content)[0];
             return radial_isolation(count, looked_at, content.aabb);
         }
@@ -282,8 +289,10 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
     let looked_at = evaluated_copies(modifier, content);
+    let own = nearest_is_own(modifier, content);
     (0..3)
         .filter(|&axis| match count {
+            _ if own[axis] => false,
             Some(count) => count[axis] != looked_at[axis],
             None => spacing[axis] > 0.0,
         })

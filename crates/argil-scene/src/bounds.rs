@@ -3,6 +3,7 @@
 use crate::extent::{Extent, radius_of};
 use crate::modified_region::{region_after, stretch};
 use crate::modifier::{FEW_COPIES, half_angle_about_y, neighbor_copies};
+use crate::symmetry::Symmetry;
 use crate::{Exactness, Modifier, NodeId, NodeKind, OperatorKind, Scene, Shape};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -16,6 +17,7 @@ impl Extent {
         };
         Self {
             max_underestimate,
+            symmetry: Symmetry::of_shape(shape),
             ..Self::within(aabb)
         }
     }
@@ -84,6 +86,7 @@ impl Extent {
             } else {
                 of_box
             },
+            symmetry: self.symmetry.under(modifier),
             ..changed
         }
     }
@@ -332,13 +335,40 @@ impl<'a> Extents<'a> {
                 }
             }
             all.lipschitz_inverse = all.lipschitz_inverse.max(operand.lipschitz_inverse);
+            if !first {
+                let has_ramp = entry.ramp.is_some();
+                all.symmetry = all.symmetry.joined(operand.symmetry, operator, has_ramp);
+            }
         }
         all.offset(bulges.min(greatest))
     }
 }
 
+/// Returns for each axis of a repetition whether the copy in a point's own cell is the nearest one, as [`Symmetry`] proves it.
+/// For a radial repeat, the first value counts. `content` is what is repeated.
+pub fn nearest_is_own(modifier: &Modifier, content: &Extent) -> [bool; 3] {
+    let symmetry = content.symmetry;
+    let is_euclidean = content.max_underestimate == 0.0 && content.lipschitz_inverse == 1.0;
+    match *modifier {
+        Modifier::Repeat { spacing, .. } => {
+            let reach = content.aabb.min.abs().max(content.aabb.max.abs());
+            std::array::from_fn(|axis| {
+                let is_within = reach[axis] <= 0.5 * spacing[axis];
+                symmetry.rising[axis] || symmetry.even[axis] && is_euclidean && is_within
+            })
+        }
+        // Sectors are mirrored about the half plane through the axis and +x.
+        Modifier::RadialRepeat { count } => {
+            let half_step = 0.5 * std::f32::consts::TAU / count as f32;
+            let is_within = half_angle_about_y(content.aabb) <= half_step;
+            [symmetry.even[2] && is_euclidean && is_within, false, false]
+        }
+        _ => [false; 3],
+    }
+}
+
 /// Returns the number of copies of a repetition that a point must evaluate along each axis. For a radial repeat,
-/// the first value counts. `content` is the box of what is repeated.
+/// the first value counts. `content` is what is repeated.
 pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let (there, extent, step) = match *modifier {
         Modifier::Repeat { spacing, count } => {
@@ -359,7 +389,8 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
         }
         _ => return [1; 3],
     };
-    let axes = || (0..3).filter(|&axis| there[axis] > 1);
+    let own = nearest_is_own(modifier, content);
+    let axes = || (0..3).filter(|&axis| there[axis] > 1 && !own[axis]);
     let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
     let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
     // Where a copy's distance may be much too short, the nearest copies may not have the shortest distances. Jumps of that
@@ -368,6 +399,7 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let takes_all = (overlap && content.max_underestimate > 0.0 || is_loose) && all <= FEW_COPIES;
     std::array::from_fn(|axis| match there[axis] {
         0 | 1 => 1,
+        _ if own[axis] => 1,
         there if takes_all => there,
         there => neighbor_copies(extent[axis], step[axis]).min(there),
     })

@@ -1,5 +1,6 @@
 //! What is known of a solid without evaluating it.
 
+use crate::symmetry::Symmetry;
 use argil_math::Aabb;
 use glam::Vec3;
 
@@ -15,6 +16,8 @@ pub struct Extent {
     pub max_underestimate: f32,
     /// A radius around the y axis within which the solid is.
     pub radius: f32,
+    /// The mirror symmetry of the distance.
+    pub(crate) symmetry: Symmetry,
 }
 
 /// Returns the radius around the y axis of a box.
@@ -33,6 +36,7 @@ impl Extent {
         lipschitz_inverse: 1.0,
         max_underestimate: 0.0,
         radius: 0.0,
+        symmetry: Symmetry::NONE,
     };
 
     /// Returns the extent of an unknown solid with an exact distance in a box.

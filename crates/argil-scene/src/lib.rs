@@ -43,6 +43,7 @@ mod scene_images;
 mod shape;
 mod shape_checks;
 mod summarize;
+mod symmetry;
 mod validation;
 pub use shape_checks::{is_grid, is_image};
 mod margins;
@@ -54,7 +55,7 @@ mod undo;
 mod view;
 
 pub use action::{Action, LogError};
-pub use bounds::{Extents, evaluated_copies};
+pub use bounds::{Extents, evaluated_copies, nearest_is_own};
 pub use camera_path::{CameraPath, PathPoint};
 pub use camera_pose::CameraPose;
 pub use change::SceneChange;
