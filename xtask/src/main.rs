@@ -14,6 +14,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   web       build the editor's page into target/page; with `serve [PORT]`, serve it on this machine; with `test`, drive it in Chromium
   python    build the Python wheel into target/wheels, and test what it installs, in an environment of its own
   compare-mitsuba  compare path-traced stills with those of Mitsuba 3, in an environment of its own; not a part of `test`
+  shader-stats [GPU]  write the statistics that a hardware compiler has of every shader into docs/shader-stats.md, without that hardware;
+            for another GPU than navi21, such as vangogh, renoir or gfx1100, print them; with `--check`, compare
   generate  write the files that come from code: the scene schema, the WGSL of shared structs, the README of each crate";
 
 fn main() -> anyhow::Result<()> {
@@ -22,7 +24,7 @@ fn main() -> anyhow::Result<()> {
         Some("test") => test::run_all(),
         Some("python") => python::run_all(),
         Some("compare-mitsuba") => mitsuba::run_all(),
-        Some("web" | "generate") => chore(&[], &arguments),
+        Some("web" | "generate" | "shader-stats") => chore(&[], &arguments),
         _ => bail!(USAGE),
     }
 }

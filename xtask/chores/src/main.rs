@@ -1,8 +1,9 @@
-//! The tasks `web` and `generate`, which `cargo xtask` builds and runs.
+//! The tasks `web`, `generate` and `shader-stats`, which `cargo xtask` builds and runs.
 
 mod city;
 mod pictures;
 mod readme;
+mod shader_stats;
 mod valley;
 mod web;
 mod web_test;
@@ -24,7 +25,12 @@ fn main() -> anyhow::Result<()> {
         ["web", "serve"] => serve(8080),
         ["web", "serve", port] => serve(port.parse().context("a port is a number up to 65535")?),
         ["generate"] => generate(),
-        _ => bail!("usage: cargo xtask web [serve [PORT] | test], cargo xtask generate"),
+        ["shader-stats"] => shader_stats::write(None),
+        ["shader-stats", "--check"] => shader_stats::check(),
+        ["shader-stats", family] => shader_stats::write(Some(family)),
+        _ => bail!(
+            "usage: cargo xtask web [serve [PORT] | test], cargo xtask generate, cargo xtask shader-stats [GPU | --check]"
+        ),
     }
 }
 
