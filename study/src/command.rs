@@ -1,8 +1,10 @@
 //! The command that repeats a case.
 
 use crate::configuration::{Configuration, ConfigurationKind};
-use crate::experiment::{CLOSE_SAMPLES, Plan, StudyCamera, StudyCase, Task};
+use crate::experiment::StudyCase;
+use crate::plan::Plan;
 use crate::scenes::{is_shipped, scene};
+use crate::task::{CLOSE_SAMPLES, StudyCamera, Task};
 use argil::Engine;
 use argil::math::Aabb;
 use argil::render::{NormalSource, RenderMode};
@@ -45,10 +47,19 @@ pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
                 .replace(" --descent path", "");
             format!("argil bake {scene}{flags} --device {device}")
         }
-        Task::Frames(count, eye) => format!(
-            "argil render {scene}{flags} --device {device} --size {width}x{height} --show normal --no-ground --frames {count}{}",
-            placed(eye)
-        ),
+        Task::Frames(series) if case.way.kind != ConfigurationKind::FidgetWgpu => {
+            let [width, height] = series.size.unwrap_or([width, height]);
+            let show = if series.is_lit {
+                "--show shaded --samples 1"
+            } else {
+                "--show normal --no-ground"
+            };
+            format!(
+                "argil render {scene}{flags} --device {device} --size {width}x{height} {show} --frames {}{}",
+                series.count,
+                placed(series.eye)
+            )
+        }
         Task::Surface(_) => {
             let flags = flags
                 .replace("--via mesh ", "")

@@ -60,6 +60,8 @@ pub enum ConfigurationKind {
         /// With face normals: the study's true normals.
         flat: bool,
     },
+    /// Another renderer: fidget's for the GPU. The resolution is the pixels along a side of its image.
+    FidgetWgpu,
 }
 
 /// The study's octree: bricks of 32³, and look-ups from the root.
@@ -130,7 +132,9 @@ impl Configuration {
     pub fn via(&self) -> Representation {
         let resolution = self.resolution;
         match self.kind {
-            ConfigurationKind::Field | ConfigurationKind::Compiled => Representation::Field,
+            ConfigurationKind::Field
+            | ConfigurationKind::Compiled
+            | ConfigurationKind::FidgetWgpu => Representation::Field,
             // It is resolved before the build.
             ConfigurationKind::MeshAsLarge => Representation::Mesh(MeshRenderOptions {
                 resolution,
@@ -203,6 +207,21 @@ impl Configuration {
         )
     }
 
+    /// Returns an upper estimate of the memory of a representation in bytes.
+    pub fn estimated_bytes(&self) -> u64 {
+        let side = u64::from(self.resolution);
+        let bits = self.bits.map_or(1, |bits| bits.bytes() as u64);
+        match self.kind {
+            ConfigurationKind::Field
+            | ConfigurationKind::Compiled
+            | ConfigurationKind::FidgetWgpu => 0,
+            ConfigurationKind::Dense { .. }
+            | ConfigurationKind::Octree { .. }
+            | ConfigurationKind::MeshAsLarge => side.pow(3) * bits * 8 / 7,
+            ConfigurationKind::Bricks { .. } | ConfigurationKind::Mesh { .. } => 256 * side.pow(2),
+        }
+    }
+
     /// Returns the representation as a word.
     pub fn label(&self) -> &'static str {
         match self.kind {
@@ -215,6 +234,7 @@ impl Configuration {
             ConfigurationKind::Bricks { .. } => "bricks",
             ConfigurationKind::Mesh { dual: false, .. } => "mesh",
             ConfigurationKind::Mesh { .. } => "mesh, dual",
+            ConfigurationKind::FidgetWgpu => "fidget-wgpu",
         }
     }
 
@@ -258,7 +278,7 @@ impl Configuration {
             flags.push_str(flag);
         };
         match self.kind {
-            ConfigurationKind::Field => return flags,
+            ConfigurationKind::Field | ConfigurationKind::FidgetWgpu => return flags,
             ConfigurationKind::Compiled => {
                 add("--specialize");
                 return flags;

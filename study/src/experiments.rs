@@ -5,8 +5,11 @@
 use crate::configuration::{
     BRICKS, Configuration, ConfigurationKind, DENSE, MESH, MIPPED, STUDY_OCTREE,
 };
-use crate::experiment::{Experiment, Look, Plan, StudyCamera, StudyCase, Task};
+use crate::experiment::{Compared, Experiment, StudyCase};
+use crate::hardware;
+use crate::plan::{Plan, Preset};
 use crate::scenes::OF_THE_STUDY;
+use crate::task::{FrameSeries, Look, StudyCamera, Task};
 use argil::render::{NormalSource, RenderMode};
 use argil::volume::SampleFormat;
 
@@ -17,6 +20,7 @@ pub const ALL: &[Experiment] = &[
         title: "Octree build time",
         question: "How does the build time of an octree grow with the number of bricks, and which stage takes most of it?",
         study: "Figures 21 and 22: spheres in 1 to 512 bricks of 32³, 256³ voxels of 8 bits, mean of 4 runs. All 512 bricks took about 72 µs on a Radeon RX 6800 XT; extrapolated to 1024×1024×512 voxels, 2.3 ms.",
+        compared: Compared::All,
         cases: construction,
     },
     Experiment {
@@ -24,13 +28,23 @@ pub const ALL: &[Experiment] = &[
         title: "Dense fill",
         question: "How long does it take to fill a dense volume, with one thread per workgroup as the study did first, and by tiles?",
         study: "Section 3.4.1: one thread per workgroup was about 130 % slower than tiles, and was dropped.",
+        compared: Compared::SameScene,
         cases: dense_fill,
+    },
+    Experiment {
+        name: "bakes",
+        title: "Bakes",
+        question: "How long does it take to build each volume of four scenes, at which resolution?",
+        study: "Not measured. The study extrapolates from 256³ voxels.",
+        compared: Compared::SameScene,
+        cases: hardware::bakes,
     },
     Experiment {
         name: "frames",
         title: "Frames around five scenes",
         question: "How long does a frame of each representation take, and how much does that vary?",
         study: "Figures 23 and 24: 250 frames of each scene, octree against dense. The octree was slower and varied more. The teapot as a function took 2,405.88 µs on average.",
+        compared: Compared::SameScene,
         cases: frames,
     },
     Experiment {
@@ -38,6 +52,7 @@ pub const ALL: &[Experiment] = &[
         title: "Steps per ray",
         question: "How many steps does a ray take, and which kinds of steps?",
         study: "Figure 25: the maximum was about 128 to 134 steps for both. In dense scenes, the octree took fewer.",
+        compared: Compared::Apart,
         cases: heat,
     },
     Experiment {
@@ -45,6 +60,7 @@ pub const ALL: &[Experiment] = &[
         title: "Image error against the field",
         question: "Which image is nearer to the field's: rasterized triangles, or marched distances?",
         study: "Figures 26 to 31, teapot alone: 1,769,333 zero pixels for the marched volume against 1,768,520 for triangles, at 1080p (the text swaps them). The normals made the difference. 68,440 triangles and 205,320 vertices were built in 17.137 ms.",
+        compared: Compared::Apart,
         cases: fidelity,
     },
     Experiment {
@@ -52,6 +68,7 @@ pub const ALL: &[Experiment] = &[
         title: "Image error by resolution",
         question: "Does the image through sparse bricks converge to the field's as voxels shrink, with normals and with light?",
         study: "Not measured. The study compares images at one resolution, without shadows.",
+        compared: Compared::Apart,
         cases: convergence,
     },
     Experiment {
@@ -59,6 +76,7 @@ pub const ALL: &[Experiment] = &[
         title: "Sources of normals",
         question: "How much does the source of normals change the image?",
         study: "Section 5.4: a change of the normal's bias alone gave smoother images. Figures 8 and 9 show false and true normals of triangles.",
+        compared: Compared::Apart,
         cases: normals,
     },
     Experiment {
@@ -66,6 +84,7 @@ pub const ALL: &[Experiment] = &[
         title: "Range of 8-bit samples",
         question: "How does the length of a quantization step change the error and the image?",
         study: "Section 3.4: a texture stride from 1 to 32, steps of 1/256 to 1/8 of the range between texels.",
+        compared: Compared::Apart,
         cases: strides,
     },
     Experiment {
@@ -73,6 +92,7 @@ pub const ALL: &[Experiment] = &[
         title: "Bricks at the center",
         question: "Are the bricks in the right places?",
         study: "Figure 19: an octree with only the 8 central nodes filled.",
+        compared: Compared::Apart,
         cases: center,
     },
     Experiment {
@@ -80,6 +100,7 @@ pub const ALL: &[Experiment] = &[
         title: "Brick size, depth and branching",
         question: "How much time do bricks and tree each take? A node of an octree has 2³ children, and its depth follows from resolution and brick size. A block of sparse bricks has 4³ cells and no depth.",
         study: "Section 5.4 names this as a limitation: neither could be varied.",
+        compared: Compared::SameResolution,
         cases: sweep,
     },
     Experiment {
@@ -87,6 +108,7 @@ pub const ALL: &[Experiment] = &[
         title: "From outside, inside and along the surface",
         question: "Are views from inside and along the surface as fast as views from outside?",
         study: "Section 5.4 names this as a limitation: nearly all views were from outside.",
+        compared: Compared::SameScene,
         cases: cameras,
     },
     Experiment {
@@ -94,6 +116,7 @@ pub const ALL: &[Experiment] = &[
         title: "Edits",
         question: "How does the time of an edit depend on the number of brushes, the resolution and the volume that it touches?",
         study: "Edits were not measured. The study concludes that easy edits and fast frames exclude each other.",
+        compared: Compared::SameScene,
         cases: edits,
     },
     Experiment {
@@ -101,6 +124,7 @@ pub const ALL: &[Experiment] = &[
         title: "Memory",
         question: "How much memory does each representation need, tables included, at which resolution?",
         study: "Not measured. The study estimates a saving.",
+        compared: Compared::Apart,
         cases: memory,
     },
     Experiment {
@@ -108,6 +132,7 @@ pub const ALL: &[Experiment] = &[
         title: "Errors of stored distances",
         question: "How far are stored distances from exact ones, within four voxels of the surface?",
         study: "Not measured.",
+        compared: Compared::Apart,
         cases: stored,
     },
     Experiment {
@@ -115,13 +140,31 @@ pub const ALL: &[Experiment] = &[
         title: "Triangles against the exact surface",
         question: "How far are triangles from the surface, and how much memory do shared vertices save?",
         study: "Section 3.3: triangles without shared vertices, stride 0.05, 100³: 68,440 triangles and 205,320 vertices.",
+        compared: Compared::SameScene,
         cases: triangles,
+    },
+    Experiment {
+        name: "pipelines",
+        title: "First use of a GPU",
+        question: "How much longer does the first use of a GPU take than the second, because pipelines are created?",
+        study: "Not measured.",
+        compared: Compared::Apart,
+        cases: hardware::pipelines,
+    },
+    Experiment {
+        name: "peer",
+        title: "Frames beside fidget's",
+        question: "How long does a frame take, from its submission to its pixels in memory, beside that of fidget-wgpu?",
+        study: "Not measured.",
+        compared: Compared::SameResolution,
+        cases: hardware::peer,
     },
     Experiment {
         name: "lost",
         title: "Lost bricks",
         question: "Does the test of a brick's center lose bricks that contain surface, and does ours?",
         study: "Section 3.5.1: a brick is kept if its center is near the surface. The study does not check this.",
+        compared: Compared::Apart,
         cases: lost,
     },
 ];
@@ -129,7 +172,10 @@ pub const ALL: &[Experiment] = &[
 fn construction(plan: &Plan) -> Vec<StudyCase> {
     let runs = plan.pick(1, 4, 8);
     let all_sides = &[1, 2, 3, 4, 5, 6, 7, 8][..];
-    let sides = plan.pick(&[1, 3, 6][..], all_sides, all_sides);
+    let mut sides = plan.pick(&[1, 3, 6][..], all_sides, all_sides);
+    if plan.preset == Preset::Hardware && plan.is_software_gpu {
+        sides = &all_sides[..1];
+    }
     // The study's 32³ or, where 256³ voxels take minutes, as many smaller bricks.
     let brick = plan.pick(16, 32, 32);
     let resolution = 8 * brick;
@@ -169,7 +215,9 @@ fn dense_fill(plan: &Plan) -> Vec<StudyCase> {
     let runs = plan.pick(1, 4, 8);
     let resolution = plan.pick(64, 256, 256);
     let mut all = Vec::new();
-    for scene in ["brick", "teapot"] {
+    let scenes = ["brick", "teapot"];
+    let is_small = plan.preset == Preset::Hardware && plan.is_software_gpu;
+    for &scene in if is_small { &scenes[..1] } else { &scenes[..] } {
         let ways: &[bool] = if plan.is_gpu {
             &[false, true]
         } else {
@@ -192,6 +240,15 @@ fn dense_fill(plan: &Plan) -> Vec<StudyCase> {
         ));
     }
     all
+}
+
+/// Returns frames with normals from a camera.
+fn frames_from(eye: StudyCamera, count: u32) -> Task {
+    Task::Frames(FrameSeries {
+        count,
+        eye,
+        ..FrameSeries::default()
+    })
 }
 
 /// Returns the configurations whose frames are compared.
@@ -217,23 +274,22 @@ fn scenes(plan: &Plan) -> Vec<&'static str> {
 }
 
 fn frames(plan: &Plan) -> Vec<StudyCase> {
+    if plan.preset == Preset::Hardware {
+        return hardware::frames(plan);
+    }
     let mut all = Vec::new();
     for scene in scenes(plan) {
         for way in ways(plan.resolution()) {
-            let case = StudyCase::new(
-                scene,
-                way,
-                Task::Frames(plan.frames(), StudyCamera::Outside),
-            );
+            let case = StudyCase::new(scene, way, frames_from(StudyCamera::Outside, plan.frames()));
             all.push(case.expect("hit_pixels", 1.0, f64::INFINITY));
         }
         // The study's functional renderer compiled its scene into the shader.
         if plan.is_gpu && scene == "teapot" {
-            let way = Configuration::of(ConfigurationKind::Compiled, 0);
+            let way = Configuration::of(ConfigurationKind::Compiled, plan.resolution());
             all.push(StudyCase::new(
                 scene,
                 way,
-                Task::Frames(plan.frames(), StudyCamera::Outside),
+                frames_from(StudyCamera::Outside, plan.frames()),
             ));
         }
     }
@@ -423,13 +479,13 @@ fn sweep(plan: &Plan) -> Vec<StudyCase> {
                     enumerated: false,
                 };
                 let way = Configuration::of(kind, resolution);
-                let task = Task::Frames(plan.pick(3, 8, 20), StudyCamera::Outside);
+                let task = frames_from(StudyCamera::Outside, plan.pick(3, 8, 20));
                 all.push(StudyCase::new("teapot", way, task));
             }
         }
         for brick in [4, 8, 16] {
             let way = Configuration::of(ConfigurationKind::Bricks { brick }, resolution);
-            let task = Task::Frames(plan.pick(3, 8, 20), StudyCamera::Outside);
+            let task = frames_from(StudyCamera::Outside, plan.pick(3, 8, 20));
             all.push(StudyCase::new("teapot", way, task));
         }
     }
@@ -450,7 +506,7 @@ fn cameras(plan: &Plan) -> Vec<StudyCase> {
         ] {
             for kind in [ConfigurationKind::Field, MIPPED, STUDY_OCTREE, BRICKS] {
                 let way = Configuration::of(kind, plan.resolution());
-                let task = Task::Frames(plan.pick(3, 8, 20), eye);
+                let task = frames_from(eye, plan.pick(3, 8, 20));
                 all.push(StudyCase::new(scene, way, task));
             }
             let way = Configuration::of(BRICKS, plan.resolution());
@@ -465,6 +521,9 @@ fn cameras(plan: &Plan) -> Vec<StudyCase> {
 }
 
 fn edits(plan: &Plan) -> Vec<StudyCase> {
+    if plan.preset == Preset::Hardware {
+        return hardware::edits(plan);
+    }
     let mut all = Vec::new();
     let count = plan.pick(4, 40, 200);
     let mut add = |scene: &str, kind: ConfigurationKind, resolution: u32, radius: f32| {
@@ -498,6 +557,9 @@ fn edits(plan: &Plan) -> Vec<StudyCase> {
 }
 
 fn memory(plan: &Plan) -> Vec<StudyCase> {
+    if plan.preset == Preset::Hardware {
+        return hardware::memory(plan);
+    }
     let mut all = Vec::new();
     let resolutions: &[u32] = plan.pick(&[64], &[256, 512], &[256, 512, 1024]);
     for scene in ["teapot", "csg20"] {
@@ -533,6 +595,9 @@ fn stored(plan: &Plan) -> Vec<StudyCase> {
 }
 
 fn triangles(plan: &Plan) -> Vec<StudyCase> {
+    if plan.preset == Preset::Hardware {
+        return hardware::triangles(plan);
+    }
     let mut all = Vec::new();
     if plan.is_software_gpu {
         return all;

@@ -1,7 +1,8 @@
 //! The study as a program, which `argil study` starts.
 
 use argil::{Backend, Engine};
-use argil_study::{StudyOptions, StudyProgress};
+use argil_study::plan::Preset;
+use argil_study::{Peer, StudyOptions, StudyProgress};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -31,15 +32,19 @@ struct Study {
     /// Folder of records, images and the report
     #[arg(short, long, value_name = "DIR", default_value = "study-out")]
     output: PathBuf,
-    /// Amount of measurements: about 15 minutes on two cores, or all
+    /// Amount of measurements
     #[arg(long, value_enum, default_value_t = Preset::Quick)]
     preset: Preset,
-    /// Devices to measure; auto: the CPU and, if available, a hardware or software GPU
+    /// Devices to measure; auto: the CPU and, if available, a hardware or software GPU; the preset hardware measures a GPU only
     #[arg(long, value_enum, default_value_t = Device::Auto)]
     device: Device,
     /// Run only these experiments
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
+    /// Preset hardware: fidget-wgpu's program or its folder, to measure it too; otherwise ARGIL_FIDGET_WGPU, or
+    /// ../shared/peers/fidget-wgpu if it exists
+    #[arg(long, value_name = "PATH")]
+    peer: Option<PathBuf>,
     /// Print one JSON object to stdout, and nothing else
     #[arg(long)]
     json: bool,
@@ -67,12 +72,6 @@ enum StudyCommand {
     },
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    Quick,
-    Full,
-}
-
 fn main() -> ExitCode {
     match run(&StudyArguments::parse().study) {
         Ok(()) => ExitCode::SUCCESS,
@@ -98,12 +97,14 @@ fn run(options: &Study) -> anyhow::Result<()> {
         }
         None => {}
     }
-    let engines = engines(options.device)?;
-    let what = StudyOptions {
-        full: options.preset == Preset::Full,
-        only: options.only.clone(),
-    };
+    let engines = engines(options.preset, options.device)?;
     let mut bar = Bar::new()?;
+    let what = StudyOptions {
+        preset: options.preset,
+        only: options.only.clone(),
+        peer: peer(options, &mut bar)?,
+        ..StudyOptions::default()
+    };
     let summary = argil_study::study(&engines, &what, &options.output, &mut bar)?;
     bar.bar.finish_and_clear();
     let report = options.output.join("report.html");
@@ -122,11 +123,18 @@ fn run(options: &Study) -> anyhow::Result<()> {
                 "cases": summary.done,
                 "failed": summary.failed,
                 "broken_checks": summary.broken,
+                "left_out": summary.left_out,
             })
         );
         return failed.map_or(Ok(()), Err);
     }
     println!("{}", report.display());
+    if !summary.left_out.is_empty() {
+        println!(
+            "left out, because the time was used up:\n  {}",
+            summary.left_out.join("\n  ")
+        );
+    }
     println!(
         "{} cases, {} of them failed, {} checks failed",
         summary.done, summary.failed, summary.broken
@@ -134,8 +142,48 @@ fn run(options: &Study) -> anyhow::Result<()> {
     failed.map_or(Ok(()), Err)
 }
 
+/// Finds the other renderer for the preset that measures it. Says so if there is none.
+fn peer(options: &Study, bar: &mut Bar) -> anyhow::Result<Option<Peer>> {
+    if options.preset != Preset::Hardware {
+        anyhow::ensure!(
+            options.peer.is_none(),
+            "--peer needs --preset hardware, which measures it"
+        );
+        return Ok(None);
+    }
+    let found = match Peer::find(options.peer.as_deref()) {
+        // A peer that was asked for must be there.
+        Err(error) if options.peer.is_none() => {
+            bar.note(&format!("fidget-wgpu is not measured: {error:#}"));
+            return Ok(None);
+        }
+        found => found?,
+    };
+    if found.is_none() {
+        bar.note("fidget-wgpu is not measured: give its program with --peer");
+    }
+    Ok(found)
+}
+
 /// Returns the devices to measure: by default, all.
-fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
+fn engines(preset: Preset, device: Device) -> anyhow::Result<Vec<Engine>> {
+    if preset == Preset::Hardware {
+        anyhow::ensure!(
+            device != Device::Cpu,
+            "the preset hardware measures a GPU: choose another preset for the CPU"
+        );
+        let gpu = Engine::with_backend(Backend::Gpu)?;
+        if !gpu
+            .gpu_kind()
+            .is_some_and(argil::gpu::DeviceKind::is_real_gpu)
+        {
+            eprintln!(
+                "argil-study: {} is not a hardware GPU: only one small scene is measured",
+                gpu.device()
+            );
+        }
+        return Ok(vec![gpu]);
+    }
     Ok(match device {
         Device::Cpu => vec![Engine::cpu()],
         Device::Gpu => vec![Engine::with_backend(Backend::Gpu)?],
@@ -152,6 +200,8 @@ fn engines(device: Device) -> anyhow::Result<Vec<Engine>> {
 
 struct Bar {
     bar: ProgressBar,
+    /// The position of the last line, where there is no progress bar.
+    printed: Option<u64>,
 }
 
 impl Bar {
@@ -159,6 +209,7 @@ impl Bar {
         let style = ProgressStyle::with_template("{bar:30} {pos}/{len}, {eta} left: {msg}")?;
         Ok(Self {
             bar: ProgressBar::no_length().with_style(style),
+            printed: None,
         })
     }
 }
@@ -176,7 +227,8 @@ impl StudyProgress for Bar {
             .set_message(format!("{experiment} {case} on {device}"));
         // Without a progress bar, print a line.
         let at = self.bar.position();
-        if self.bar.is_hidden() && at.is_multiple_of(20) {
+        if self.bar.is_hidden() && self.printed.is_none_or(|last| at >= last + 20) {
+            self.printed = Some(at);
             let all = self.bar.length().unwrap_or(0);
             eprintln!("{at} of {all}: {experiment} on {device}");
         }
@@ -185,7 +237,11 @@ impl StudyProgress for Bar {
     fn done(&mut self, error: Option<&str>) {
         self.bar.inc(1);
         if let Some(error) = error {
-            self.bar.suspend(|| eprintln!("argil-study: {error}"));
+            self.note(error);
         }
+    }
+
+    fn note(&mut self, text: &str) {
+        self.bar.suspend(|| eprintln!("argil-study: {text}"));
     }
 }

@@ -1,7 +1,7 @@
 //! Records, and the folder that stores them.
 //!
-//! *Practice.* A record is a line of JSON, written when its case has finished. An interrupted run loses at most one
-//! case. Images are stored next to the records, by the names in them. Reports are made from nothing else.
+//! *Practice.* A record is a line of JSON, written when its sitting has finished. An interrupted run loses at most one
+//! sitting. Images are stored next to the records, by the names in them. Reports are made from nothing else.
 
 use anyhow::Context;
 use image::RgbImage;
@@ -31,8 +31,35 @@ pub struct Machine {
     pub version: String,
     /// Argil's commit.
     pub commit: String,
-    /// The preset: `quick` or `full`.
+    /// The preset: `quick`, `full` or `hardware`.
     pub preset: String,
+}
+
+/// Words in the names of software GPUs.
+const SOFTWARE: [&str; 3] = ["llvmpipe", "SwiftShader", "Microsoft Basic Render"];
+
+impl Machine {
+    /// Returns true if the device is a GPU in hardware.
+    pub fn is_hardware_gpu(&self) -> bool {
+        let is_software = SOFTWARE.iter().any(|word| self.device.contains(word));
+        !self.driver.is_empty() && !is_software
+    }
+}
+
+/// How the samples of a case were taken.
+///
+/// Samples of cases with one `id` took turns: a sample of each case, round by round.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sitting {
+    /// When the sitting started, in microseconds since 1970.
+    pub id: u64,
+    /// The number of cases.
+    pub cases: usize,
+    /// How often all samples were taken, until the clocks of the GPU agreed. The last ones are kept.
+    pub attempts: u32,
+    /// Why the case was measured without those that it is compared with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alone_because: Option<String>,
 }
 
 /// An expected value, and the value found.
@@ -75,6 +102,9 @@ pub struct Record {
     pub checks: Vec<Check>,
     /// The error, if the case failed.
     pub error: Option<String>,
+    /// How the samples were taken. Records from before 2026-11-27 do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sitting: Option<Sitting>,
     /// Total duration of the case in seconds.
     pub seconds: f64,
 }

@@ -1,7 +1,8 @@
 //! Cameras and settings of images.
 
 use crate::configuration::Configuration;
-use crate::experiment::{CLOSE_SAMPLES, Look, Plan, StudyCamera};
+use crate::plan::Plan;
+use crate::task::{CLOSE_SAMPLES, Look, StudyCamera};
 use argil::World;
 use argil::render::{Camera, RenderMode, RenderSettings};
 use argil::scene::CameraPose;

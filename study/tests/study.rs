@@ -28,8 +28,8 @@ impl StudyProgress for Seen {
 
 fn options(only: &[&str]) -> StudyOptions {
     StudyOptions {
-        full: false,
         only: only.iter().map(|name| (*name).to_owned()).collect(),
+        ..StudyOptions::default()
     }
 }
 
@@ -71,12 +71,12 @@ fn a_study_resumes_and_is_reported() {
     let command = build.command.as_deref().expect("a command");
     assert!(command.starts_with("argil bake scenes/"), "{command}");
 
-    // A line that was cut in the middle is lost alone, and measured again.
+    // A line that was cut in the middle is lost alone. The cases of its sitting are measured again.
     let file = place.join("records.jsonl");
     let text = fs::read_to_string(&file).expect("lines");
     fs::write(&file, &text[..text.len() - 30]).expect("a file");
     let third = measured(&place, &["center", "dense-fill"]);
-    assert_eq!(third.cases.len(), 1);
+    assert_eq!(third.cases.len(), 3);
     assert_eq!(Store::read(&place).expect("records").len(), second.all);
     // Any other line that is none is told with its place.
     fs::write(&file, format!("{{\n{text}")).expect("a file");
