@@ -1,14 +1,17 @@
 //! The claims and findings of the 2023 study, compared with records.
 
+mod fairness;
 mod judged;
 mod verdict;
 
+use crate::claims::fairness::Ratios;
 use crate::claims::judged::{
     NOT_MEASURED, biases_matter, both_at_once, is_coarse_faces, is_dense8, is_fine_faces,
     is_plain_bricks, judge, less_is_faster, nothing, of, ratios, same_place, tree_is_constant,
+    with_more,
 };
 use crate::record::{Record, quantile};
-pub(crate) use verdict::{Claim, Verdict};
+pub(crate) use verdict::{Claim, DeviceVerdict, Verdict};
 
 /// The claims, in the study's order.
 pub(crate) const ALL: &[Claim] = &[
@@ -49,7 +52,7 @@ pub(crate) const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (verdict, why) = judge(
+            let octree = judge(
                 &octree,
                 |r| r < 1.0,
                 "memory of the study's octree relative to a dense volume",
@@ -57,12 +60,12 @@ pub(crate) const ALL: &[Claim] = &[
             let bricks = ratios(all, "memory", "memory_bytes", is_plain_bricks, |r| {
                 r.via == "dense"
             });
-            let (_, own) = judge(
+            let bricks = judge(
                 &bricks,
                 |r| r < 1.0,
                 "memory of sparse bricks, with 16-bit codes and materials, relative to a dense volume",
             );
-            (verdict, format!("{why}; {own}"))
+            with_more(octree, bricks)
         },
     },
     Claim {
@@ -77,7 +80,7 @@ pub(crate) const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (verdict, why) = judge(
+            let samples = judge(
                 &ratios,
                 |r| r < 1.0,
                 "samples per ray of the octree relative to a dense volume",
@@ -89,12 +92,12 @@ pub(crate) const ALL: &[Claim] = &[
                 |r| r.via == "octree",
                 |r| r.via == "dense",
             );
-            let (_, steps) = judge(
+            let steps = judge(
                 &all_steps,
                 |r| r < 1.0,
                 "steps with visited nodes and cells",
             );
-            (verdict, format!("{why}; {steps}"))
+            with_more(samples, steps)
         },
     },
     Claim {
@@ -125,11 +128,13 @@ pub(crate) const ALL: &[Claim] = &[
                 let samples = r.samples.get("frame_ms")?;
                 Some(quantile(samples, 1.0)? - quantile(samples, 0.0)?)
             };
-            let mut pairs = Vec::new();
+            let mut pairs = Ratios::default();
             for octree in of(all, "frames").filter(|r| r.via == "octree") {
                 let twin = of(all, "frames").find(|r| r.via == "dense" && same_place(r, octree));
-                if let Some((a, b)) = twin.and_then(|twin| spread(octree).zip(spread(twin))) {
-                    pairs.push((octree.machine.device.clone(), a / b));
+                if let Some((twin, (a, b))) =
+                    twin.and_then(|twin| Some((twin, spread(octree).zip(spread(twin))?)))
+                {
+                    pairs.add_ratio("frame_ms", (octree, a), (twin, b));
                 }
             }
             judge(
@@ -238,10 +243,79 @@ pub(crate) const ALL: &[Claim] = &[
     },
 ];
 
-/// Returns the text about a claim, with the reason if it does not hold.
-pub(crate) fn with_reason(claim: &Claim, verdict: Verdict, why: String) -> String {
-    if verdict == Verdict::Confirmed || why == NOT_MEASURED {
-        return why;
+/// Judges a claim from the records of each device, in the order of the records. Leaves out devices on which it was not
+/// measured.
+pub(crate) fn verdicts(claim: &Claim, records: &[&Record]) -> Vec<DeviceVerdict> {
+    let mut devices: Vec<&str> = Vec::new();
+    for record in records {
+        if !devices.contains(&record.machine.device.as_str()) {
+            devices.push(&record.machine.device);
+        }
     }
-    format!("{why}. {}", claim.reason)
+    let judged = |device: &str| {
+        let own = records.iter().copied();
+        let own: Vec<&Record> = own.filter(|r| r.machine.device == device).collect();
+        let (verdict, reason) = (claim.judge)(&own);
+        (reason != NOT_MEASURED).then(|| DeviceVerdict {
+            device: device.to_owned(),
+            verdict,
+            reason,
+        })
+    };
+    devices.into_iter().filter_map(judged).collect()
+}
+
+/// Returns the text of a claim, with the reason why some records disagree, if some do.
+pub(crate) fn with_reason(claim: &Claim, verdicts: &[DeviceVerdict]) -> String {
+    if verdicts.iter().all(|own| own.verdict == Verdict::Confirmed) {
+        return claim.text.into();
+    }
+    format!("{} Why not: {}", claim.text, claim.reason)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(device: &str, via: &str, ms: f64) -> Record {
+        let mut record = Record {
+            experiment: "frames".into(),
+            scene: "teapot".into(),
+            via: via.into(),
+            ..Record::default()
+        };
+        record.machine.device = device.into();
+        record.values.insert("frame_ms".into(), ms);
+        record
+    }
+
+    #[test]
+    fn a_claim_is_judged_for_each_device() {
+        let records = [
+            frame("cpu (a)", "octree", 2.0),
+            frame("cpu (a)", "dense", 1.0),
+            frame("cpu (b)", "octree", 1.0),
+            frame("cpu (b)", "dense", 2.0),
+            frame("cpu (c)", "dense", 2.0),
+        ];
+        let borrowed: Vec<&Record> = records.iter().collect();
+        let claim = ALL
+            .iter()
+            .find(|claim| claim.text == "An octree makes frames slower.")
+            .expect("a claim");
+        let found: Vec<(String, Verdict)> = verdicts(claim, &borrowed)
+            .into_iter()
+            .map(|own| (own.device, own.verdict))
+            .collect();
+        let expected = [
+            ("cpu (a)".to_owned(), Verdict::Confirmed),
+            ("cpu (b)".to_owned(), Verdict::Refuted),
+        ];
+        assert_eq!(found, expected);
+        assert!(verdicts(claim, &[]).is_empty());
+        // A device on which nothing of a claim was measured is left out, whatever its parts.
+        for claim in ALL {
+            assert!(verdicts(claim, &borrowed[4..]).is_empty(), "{}", claim.text);
+        }
+    }
 }

@@ -32,6 +32,16 @@ pub(crate) struct Claim {
     pub text: &'static str,
     /// The reason why records disagree, where they do.
     pub reason: &'static str,
-    /// Judges the claim from records.
+    /// Judges the claim from records of one device.
     pub judge: fn(&[&Record]) -> (Verdict, String),
+}
+
+/// The verdict of a device's records on a claim.
+pub(crate) struct DeviceVerdict {
+    /// The device.
+    pub device: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What was measured.
+    pub reason: String,
 }

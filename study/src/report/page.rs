@@ -1,7 +1,8 @@
 //! The page.
 
 use super::source::StoredRecord;
-use super::{plots, sections, sentences};
+use super::table::study_command;
+use super::{plots, sections, sentences, times};
 use crate::claims;
 use crate::experiments::ALL;
 use crate::formatting::escaped;
@@ -13,17 +14,21 @@ use std::io::Cursor;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// Returns the clocks of a GPU after its cases.
+/// Returns the clocks of a GPU while its cases were measured.
 fn clocks(records: &[&Record], device: &str) -> String {
-    let own = records.iter().filter(|r| r.machine.device == device);
-    let (least, most) = own
-        .filter_map(|r| r.value("gpu_clock_mhz"))
-        .fold((f64::INFINITY, 0.0f64), |(a, b), c| (a.min(c), b.max(c)));
-    if most == 0.0 {
-        String::new()
-    } else {
-        format!(", {least} to {most} MHz")
-    }
+    let own: Vec<&&Record> = records
+        .iter()
+        .filter(|r| r.machine.device == device)
+        .collect();
+    let all = |name: &'static str| own.iter().filter_map(move |r| r.value(name));
+    let least = all("gpu_clock_min_mhz").reduce(f64::min);
+    let most = all("gpu_clock_max_mhz").reduce(f64::max);
+    let Some((least, most)) = least.zip(most) else {
+        return String::new();
+    };
+    let limit = all("gpu_clock_limit_mhz").reduce(f64::max);
+    let limit = limit.map_or(String::new(), |limit| format!(" of {limit}"));
+    format!(", {least} to {most}{limit} MHz while measured")
 }
 
 /// Describes each machine and device in a line.
@@ -70,7 +75,11 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
     for line in machines(&records) {
         text += &format!("<li>{}</li>", escaped(&line));
     }
-    text += "</ul><nav><a href=\"#claims\">Claims</a>";
+    text += "</ul>";
+    for note in times::notes(all) {
+        text += &format!("<p>{}</p>", escaped(&note));
+    }
+    text += "<nav><a href=\"#claims\">Claims</a>";
     let has = |name: &str| records.iter().any(|r| r.experiment == name);
     for experiment in ALL.iter().filter(|e| has(e.name)) {
         text += &format!(
@@ -79,17 +88,9 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
             escaped(experiment.title)
         );
     }
-    text += "</nav><section id=\"claims\"><h2>Claims of the 2023 study</h2><div class=\"wide\"><table class=\"claims\"><thead><tr><th>section</th><th>claim</th><th>verdict</th><th>our records</th></tr></thead><tbody>";
+    text += "</nav><section id=\"claims\"><h2>Claims of the 2023 study</h2><div class=\"wide\"><table class=\"claims\"><thead><tr><th>section</th><th>claim</th><th>device</th><th>verdict</th><th>our records</th></tr></thead><tbody>";
     for claim in claims::ALL {
-        let (verdict, why) = (claim.judge)(&records);
-        let why = claims::with_reason(claim, verdict, why);
-        text += &format!(
-            "<tr><td>{}</td><td>{}</td><td class=\"{word}\">{word}</td><td>{}</td></tr>",
-            claim.place,
-            escaped(claim.text),
-            escaped(&why),
-            word = verdict.word()
-        );
+        text += &claim_rows(claim, &records);
     }
     text += "</tbody></table></div></section>";
     for experiment in ALL {
@@ -135,6 +136,30 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
     text
 }
 
+/// Returns the rows of a claim: a row per device.
+fn claim_rows(claim: &claims::Claim, records: &[&Record]) -> String {
+    let verdicts = claims::verdicts(claim, records);
+    let first = format!(
+        "<td rowspan=\"{rows}\">{}</td><td rowspan=\"{rows}\">{}</td>",
+        claim.place,
+        escaped(&claims::with_reason(claim, &verdicts)),
+        rows = verdicts.len().max(1)
+    );
+    if verdicts.is_empty() {
+        return format!("<tr>{first}<td></td><td></td><td>not measured</td></tr>");
+    }
+    let row = |(i, own): (usize, &claims::DeviceVerdict)| {
+        format!(
+            "<tr>{}<td>{}</td><td class=\"{word}\">{word}</td><td>{}</td></tr>",
+            if i == 0 { first.as_str() } else { "" },
+            escaped(&own.device),
+            escaped(&own.reason),
+            word = own.verdict.word()
+        )
+    };
+    verdicts.iter().enumerate().map(row).collect()
+}
+
 /// Returns an image of the page, or the reason why it is missing.
 fn picture(shown: &sections::Figure<'_>) -> String {
     let record = &shown.source.record;
@@ -147,7 +172,7 @@ fn picture(shown: &sections::Figure<'_>) -> String {
             format!(" ({})", escaped(&record.machine.device))
         }
     );
-    let own = format!("argil study --only {}", record.experiment);
+    let own = study_command(record);
     let command = record.command.as_deref().unwrap_or(&own);
     let place = record
         .pictures

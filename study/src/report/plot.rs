@@ -226,6 +226,10 @@ pub(super) fn bars(
     series: &[(String, Vec<Option<PlotBar>>)],
     stacked: bool,
 ) -> String {
+    // Records may lack the value.
+    if groups.is_empty() {
+        return String::new();
+    }
     let [floor, ceiling] = heights(axes.log_y, groups.len(), series, stacked);
     let wide = groups.len() as f64;
     drawn(axes.title, |area| {

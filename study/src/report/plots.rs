@@ -5,7 +5,7 @@ use super::plot::{PlotAxes, PlotBar, Series, bars, lines};
 use super::table::varied;
 use crate::formatting::number;
 use crate::record::{Record, quantile};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns an experiment's plots.
 pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
@@ -13,7 +13,7 @@ pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     for (device, own) in done_by_device(records) {
         match name {
             "construction" => all.extend(construction(&own, device)),
-            "dense-fill" => {
+            "dense-fill" | "bakes" => {
                 let title = format!("Build time, {device}");
                 all.push(by_scene(&own, "build_ms", "ms", &title, true));
             }
@@ -39,6 +39,7 @@ pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
             _ => {}
         }
     }
+    all.retain(|plot| !plot.is_empty());
     all
 }
 
@@ -124,12 +125,23 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
 
 /// Plots bars of a value: a group per scene and camera, a color per representation.
 fn by_scene(records: &[&Record], value: &str, unit: &str, title: &str, log: bool) -> String {
+    let resolutions: BTreeSet<u64> = records
+        .iter()
+        .filter_map(|r| Some(r.parameter("resolution")? as u64))
+        .collect();
     let group = |r: &Record| {
-        let eye = r.parameters.get("eye").and_then(|v| v.as_str());
-        match eye.filter(|eye| *eye != "outside") {
-            Some(eye) => format!("{}, {eye}", r.scene),
-            None => r.scene.clone(),
+        let mut name = r.scene.clone();
+        if let Some(resolution) = r.parameter("resolution").filter(|_| resolutions.len() > 1) {
+            name += &format!(" {resolution}³");
         }
+        let eye = r.parameters.get("eye").and_then(|v| v.as_str());
+        if let Some(eye) = eye.filter(|eye| *eye != "outside") {
+            name += &format!(", {eye}");
+        }
+        if r.parameters.contains_key("light") {
+            name += ", lit";
+        }
+        name
     };
     grouped(records, group, value, axes(title, "", unit, false, log))
 }

@@ -25,6 +25,26 @@ const TIMES: &[Column] = &[
     column("cells", "cells_mean"),
     megabytes("MB", "memory_bytes"),
     column("pixels hit", "hit_pixels"),
+    column("with read-back, ms", "frame_wall_ms"),
+    column("edit and frame, ms", "edit_and_frame_ms"),
+    CLOCK,
+    SUBMISSIONS,
+    WAITS,
+];
+
+/// The clock of a GPU while a case was measured.
+const CLOCK: Column = column("GPU clock, MHz", "gpu_clock_mhz");
+const SUBMISSIONS: Column = column("submissions", "submissions");
+const WAITS: Column = column("waits", "waits");
+
+const FIRST_USES: &[Column] = &[
+    column("open, ms", "open_ms"),
+    column("first use, ms", "first_ms"),
+    column("second use, ms", "second_ms"),
+    column("pipelines", "pipelines_first"),
+    column("submissions", "submissions_second"),
+    column("waits", "waits_second"),
+    column("buffers", "buffers_second"),
 ];
 
 const BUILDS: &[Column] = &[
@@ -37,6 +57,9 @@ const BUILDS: &[Column] = &[
     column("fill", "fill_ms"),
     column("tree", "tree_ms"),
     megabytes("MB", "memory_bytes"),
+    CLOCK,
+    SUBMISSIONS,
+    WAITS,
 ];
 
 const IMAGE_ERROR_COLUMNS: &[Column] = &[
@@ -59,6 +82,9 @@ const EDITS: &[Column] = &[
     column("brushes", "brushes"),
     column("bricks", "bricks"),
     megabytes("MB", "memory_bytes"),
+    CLOCK,
+    SUBMISSIONS,
+    WAITS,
 ];
 
 const ERRORS: &[Column] = &[
@@ -80,6 +106,9 @@ const SURFACES: &[Column] = &[
     column("Hausdorff, voxels", "hausdorff_voxels"),
     column("Chamfer, voxels", "chamfer_voxels"),
     column("watertight", "watertight"),
+    CLOCK,
+    SUBMISSIONS,
+    WAITS,
 ];
 
 const LOST: &[Column] = &[
@@ -91,7 +120,8 @@ const LOST: &[Column] = &[
 /// Returns an experiment's table.
 pub(super) fn table_of(name: &str, records: &[&Record], several: bool) -> String {
     let columns = match name {
-        "construction" | "dense-fill" | "memory" => BUILDS,
+        "construction" | "dense-fill" | "bakes" | "memory" => BUILDS,
+        "pipelines" => FIRST_USES,
         "fidelity" | "convergence" | "normals" => IMAGE_ERROR_COLUMNS,
         "strides" | "stored" => ERRORS,
         "edits" => EDITS,

@@ -10,6 +10,7 @@ type Sentence = fn(&[&Record]) -> Option<String>;
 const SENTENCES: &[(&str, Sentence)] = &[
     ("construction", construction),
     ("dense-fill", dense_fill),
+    ("bakes", bakes),
     ("frames", frames),
     ("cameras", frames),
     ("heat", heat),
@@ -23,6 +24,8 @@ const SENTENCES: &[(&str, Sentence)] = &[
     ("memory", memory),
     ("stored", stored),
     ("triangles", triangles),
+    ("pipelines", pipelines),
+    ("peer", peer),
     ("lost", lost),
 ];
 
@@ -112,7 +115,47 @@ fn dense_fill(own: &[&Record]) -> Option<String> {
     )
 }
 
+/// Compares volumes at each resolution.
+fn bakes(own: &[&Record]) -> Option<String> {
+    let mut resolutions: Vec<f64> = own
+        .iter()
+        .filter_map(|r| r.parameter("resolution"))
+        .collect();
+    resolutions.sort_by(f64::total_cmp);
+    resolutions.dedup();
+    let line = |resolution: &f64| {
+        let of = |word: &'static str| {
+            let same = via(own, word).filter(|r| r.parameter("resolution") == Some(*resolution));
+            spread(same, "build_ms")
+        };
+        Some(format!(
+            "at {resolution}³, a dense volume takes {} ms, an octree {} ms, and sparse bricks {} ms",
+            of("dense")?,
+            of("octree")?,
+            of("bricks")?
+        ))
+    };
+    let lines: Option<Vec<String>> = resolutions.iter().map(line).collect();
+    let lines = lines.filter(|lines| !lines.is_empty())?;
+    Some(format!("{}.", lines.join("; ")))
+}
+
+/// Describes frames without light, and with light where they were measured.
 fn frames(own: &[&Record]) -> Option<String> {
+    let is_lit = |r: &&&Record| r.parameters.contains_key("light");
+    let [lit, plain] = [true, false]
+        .map(|lit| -> Vec<&Record> { own.iter().filter(|r| is_lit(r) == lit).copied().collect() });
+    let text = plain_frames(&plain)?;
+    let lit = |word| spread(via(&lit, word), "frame_ms");
+    let Some((dense, bricks)) = lit("dense").zip(lit("bricks")) else {
+        return Some(text);
+    };
+    Some(format!(
+        "{text} With light, they are {dense} ms for a dense volume, and {bricks} ms for sparse bricks."
+    ))
+}
+
+fn plain_frames(own: &[&Record]) -> Option<String> {
     Some(format!(
         "median frame times are {} ms for the field, {} ms for a dense volume with mips, {} ms for the octree, and {} ms for sparse bricks.",
         spread(via(own, "field"), "frame_ms")?,
@@ -269,14 +312,34 @@ fn triangles(own: &[&Record]) -> Option<String> {
             .find(|r| r.parameters.contains_key("normals") == faces)
     };
     let (shared, faces) = (teapot(false)?, teapot(true)?);
+    let time = shared.value("mesh_ms");
+    let time = time.map_or(String::new(), |ms| {
+        format!(" Meshing takes {} ms.", number(ms))
+    });
     Some(format!(
-        "the teapot at 100³ has {} triangles and {} shared vertices ({} MB), or {} vertices if none is shared ({} MB). Meshing takes {} ms.",
+        "the teapot at 100³ has {} triangles and {} shared vertices ({} MB), or {} vertices if none is shared ({} MB).{time}",
         number(shared.value("triangles")?),
         number(shared.value("vertices")?),
         number(shared.value("memory_bytes")? / 1e6),
         number(faces.value("vertices")?),
-        number(faces.value("memory_bytes")? / 1e6),
-        number(shared.value("mesh_ms")?)
+        number(faces.value("memory_bytes")? / 1e6)
+    ))
+}
+
+fn pipelines(own: &[&Record]) -> Option<String> {
+    Some(format!(
+        "the first use takes {} ms, and the second {} ms.",
+        spread(own.iter(), "first_ms")?,
+        spread(own.iter(), "second_ms")?
+    ))
+}
+
+fn peer(own: &[&Record]) -> Option<String> {
+    Some(format!(
+        "a frame with its read-back takes {} ms by fidget-wgpu, {} ms through the field, and {} ms through sparse bricks.",
+        spread(via(own, "fidget-wgpu"), "frame_wall_ms")?,
+        spread(via(own, "field"), "frame_wall_ms")?,
+        spread(via(own, "bricks"), "frame_wall_ms")?
     ))
 }
 

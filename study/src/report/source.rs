@@ -9,4 +9,6 @@ pub(crate) struct StoredRecord {
     pub record: Record,
     /// The folder of its images.
     pub pictures: PathBuf,
+    /// Whether it had times that do not count.
+    pub lost_times: bool,
 }

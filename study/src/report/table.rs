@@ -55,6 +55,15 @@ pub(super) fn varied(record: &Record) -> String {
     words.join(", ")
 }
 
+/// Returns the command that repeats an experiment.
+pub(super) fn study_command(record: &Record) -> String {
+    let preset = match record.machine.preset.as_str() {
+        "" | "quick" => String::new(),
+        preset => format!(" --preset {preset}"),
+    };
+    format!("argil study{preset} --only {}", record.experiment)
+}
+
 /// Returns a table with a row per record.
 pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> String {
     let columns: Vec<&Column> = columns
@@ -113,7 +122,7 @@ pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> S
                 title.unwrap_or_default()
             );
         }
-        let own = format!("argil study --only {}", record.experiment);
+        let own = study_command(record);
         let command = record.command.as_deref().unwrap_or(&own);
         text += &format!(
             "<td class=\"command\"><code>{}</code></td></tr>",
