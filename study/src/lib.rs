@@ -11,6 +11,7 @@ mod clock;
 mod clock_range;
 mod clock_sampler;
 mod command;
+mod compare;
 pub mod configuration;
 mod counters;
 mod environment;
@@ -34,6 +35,7 @@ pub mod task;
 mod views;
 mod warm_up;
 
+pub use compare::compare;
 pub use peer::{PEER_VARIABLE, Peer};
 pub use record::{Check, Machine, Record, Sitting, Store};
 pub use report::{findings, report};

@@ -61,6 +61,13 @@ enum StudyCommand {
         #[arg(short, long, value_name = "HTML", default_value = "report.html")]
         output: PathBuf,
     },
+    /// Compare the times of two versions of Argil, case by case, measured with the same preset on one device
+    Compare {
+        /// Folder of the version before
+        before: PathBuf,
+        /// Folder of the version after
+        after: PathBuf,
+    },
     /// Write the findings of records as Markdown
     Findings {
         /// Folders written by a study, or their records.jsonl
@@ -88,6 +95,10 @@ fn run(options: &Study) -> anyhow::Result<()> {
         Some(StudyCommand::Report { records, output }) => {
             argil_study::report(records, output)?;
             println!("{}", output.display());
+            return Ok(());
+        }
+        Some(StudyCommand::Compare { before, after }) => {
+            print!("{}", argil_study::compare(before, after)?);
             return Ok(());
         }
         Some(StudyCommand::Findings { records, output }) => {

@@ -16,8 +16,14 @@ const DEFAULT_FOLDER: &str = "../shared/peers/fidget-wgpu";
 /// The program, below its folder.
 const PROGRAM: &str = "target/release/bench-fidget-wgpu";
 
-/// The frames and edits of one run.
-const REPETITIONS: u32 = 10;
+/// The frames and edits of the first run, which is not counted.
+const FIRST_REPETITIONS: u32 = 3;
+
+/// How long the frames and edits of other runs take, about.
+const FRAMES_MS: f64 = 1000.0;
+
+/// The fewest and the most frames and edits of other runs.
+const REPETITIONS: [f64; 2] = [5.0, 200.0];
 
 /// How long one run may take.
 const TIME_LIMIT: Duration = Duration::from_secs(20);
@@ -75,23 +81,46 @@ impl Peer {
         Ok(Self { program, models })
     }
 
-    /// Runs the program once, for a scene and a number of pixels along a side.
+    /// Runs the program for a scene and a number of pixels along a side, without counting its times. Returns the number
+    /// of frames and edits for later runs.
     ///
     /// # Errors
     /// If the program fails, takes too long, or prints something else.
-    pub(crate) fn sample(&self, scene: &str, side: u32, out: &mut Outcome) -> anyhow::Result<()> {
-        let text = self.run(scene, side)?;
-        let times = parse(&text).with_context(|| format!("cannot read the peer's line: {text}"))?;
+    pub(crate) fn try_out(&self, scene: &str, side: u32) -> anyhow::Result<u32> {
+        let times = self.times(scene, side, FIRST_REPETITIONS)?;
+        let [least, most] = REPETITIONS;
+        let count = FRAMES_MS / (times.frame_ms + times.edit_ms).max(1e-3);
+        Ok(count.clamp(least, most) as u32)
+    }
+
+    /// Runs the program once, for a scene, a number of pixels along a side, and a number of frames and edits. Returns
+    /// how long these took, at the end of the run.
+    ///
+    /// # Errors
+    /// If the program fails, takes too long, or prints something else.
+    pub(crate) fn sample(
+        &self,
+        scene: &str,
+        (side, repetitions): (u32, u32),
+        out: &mut Outcome,
+    ) -> anyhow::Result<Duration> {
+        let times = self.times(scene, side, repetitions)?;
         out.add("frame_wall_ms", times.frame_ms);
         out.add("edit_and_frame_ms", times.edit_ms);
         out.set("hit_pixels", times.hit_pixels);
-        Ok(())
+        let duration_ms = f64::from(repetitions) * (times.frame_ms + times.edit_ms);
+        Ok(Duration::from_secs_f64(duration_ms.clamp(0.0, 1e6) / 1e3))
     }
 
-    fn run(&self, scene: &str, side: u32) -> anyhow::Result<String> {
+    fn times(&self, scene: &str, side: u32, repetitions: u32) -> anyhow::Result<PeerTimes> {
+        let text = self.run(scene, side, repetitions)?;
+        parse(&text).with_context(|| format!("cannot read the peer's line: {text}"))
+    }
+
+    fn run(&self, scene: &str, side: u32, repetitions: u32) -> anyhow::Result<String> {
         let mut child = Command::new(&self.program)
             .arg(self.models.join(format!("{scene}.txt")))
-            .args([side.to_string(), REPETITIONS.to_string()])
+            .args([side.to_string(), repetitions.to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -187,11 +216,10 @@ mod tests {
         std::fs::write(models.join("csg20.txt"), "").expect("a model");
         let peer = Peer::at(&own).expect("a peer");
         let mut out = Outcome::default();
-        peer.sample("csg20", 512, &mut out).expect("a sample");
+        assert_eq!(peer.try_out("csg20", 512).expect("a run"), 200);
+        let taken = peer.sample("csg20", (512, 200), &mut out);
+        assert_eq!(taken.expect("a sample"), Duration::from_millis(750));
         assert_eq!(out.samples["frame_wall_ms"], [1.25]);
-        assert!(
-            peer.sample("teapot", 512, &mut out).is_err(),
-            "no such model"
-        );
+        assert!(peer.try_out("teapot", 512).is_err(), "no such model");
     }
 }

@@ -23,7 +23,7 @@ use argil::{
     Engine, MeshMethod, MeshNormals, MeshOptions, MeshOutput, Orbit, RenderedImage, Representation,
     World,
 };
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Where cases run.
 #[derive(Clone, Copy)]
@@ -54,7 +54,12 @@ enum State {
     },
     Mesh(World, MeshOptions, Option<MeshOutput>),
     Untimed(World),
-    External,
+    FirstUse,
+    Peer {
+        repetitions: u32,
+        /// How long the timed part of the last run took, which was its end.
+        timed: Duration,
+    },
 }
 
 /// A case that is ready to be sampled.
@@ -81,7 +86,7 @@ impl<'a> PreparedCase<'a> {
             setup,
             scene,
             way,
-            state: State::External,
+            state: State::FirstUse,
             out: Outcome::default(),
         };
         own.state = own.first_state()?;
@@ -120,8 +125,18 @@ impl<'a> PreparedCase<'a> {
                     world: Some(world),
                 }
             }
-            Task::FirstUse(_) | Task::Peer(_) => State::External,
+            Task::FirstUse(_) => State::FirstUse,
+            Task::Peer(_) => State::Peer {
+                repetitions: self
+                    .peer()?
+                    .try_out(&self.case.scene, self.way.resolution)?,
+                timed: Duration::ZERO,
+            },
         })
+    }
+
+    fn peer(&self) -> anyhow::Result<&'a Peer> {
+        self.setup.peer.context("no peer was given")
     }
 
     fn frames(&self, world: World, series: FrameSeries) -> State {
@@ -254,17 +269,27 @@ impl<'a> PreparedCase<'a> {
                 out.add("mesh_ms", own.duration_ms);
                 *meshed = Some(own);
             }
-            State::External => match self.case.task {
-                Task::FirstUse(kind) => first_use::sample(kind, &self.scene, out)?,
-                Task::Peer(_) => {
-                    let peer = self.setup.peer.context("no peer was given")?;
-                    peer.sample(&self.case.scene, self.way.resolution, out)?;
+            State::FirstUse => {
+                if let Task::FirstUse(kind) = self.case.task {
+                    first_use::sample(kind, &self.scene, out)?;
                 }
-                _ => {}
-            },
+            }
+            State::Peer { repetitions, timed } => {
+                let peer = self.setup.peer.context("no peer was given")?;
+                let size = (self.way.resolution, *repetitions);
+                *timed = peer.sample(&self.case.scene, size, out)?;
+            }
             State::Untimed(_) => {}
         }
         Ok(())
+    }
+
+    /// Returns how long the timed part of the last sample took, if it was only the end of it.
+    pub(crate) fn timed_end(&self) -> Option<Duration> {
+        match self.state {
+            State::Peer { timed, .. } => Some(timed),
+            _ => None,
+        }
     }
 
     /// Drops the samples, to take them again.

@@ -260,6 +260,10 @@ fn measure(
     let cases: Vec<&StudyCase> = group.cases.iter().map(|(case, _)| case).collect();
     let results = sit(&cases, setup, awake, limit);
     for ((case, record), result) in group.cases.into_iter().zip(results) {
+        let Some(result) = result else {
+            summary.left_out.push(name_of(&record));
+            continue;
+        };
         let (record, pictures) = filled(&case, record, result);
         summary.done += 1;
         summary.failed += usize::from(record.error.is_some());

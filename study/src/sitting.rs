@@ -91,18 +91,29 @@ fn guarded<T>(run: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
     })
 }
 
-/// Measures a group of cases in one sitting, and alone what cannot take part in it. Returns a result per case.
+/// Measures a group of cases in one sitting, and alone what cannot take part in it. Returns a result per case, or `None` if
+/// there was no time to prepare it. Half of the time that is left is for preparation.
 pub(crate) fn sit(
     cases: &[&StudyCase],
     setup: Setup<'_>,
     awake: &Awake,
     limit: TimeLimit,
-) -> Vec<SittingResult> {
+) -> Vec<Option<SittingResult>> {
+    let start = Instant::now();
+    let is_late = || {
+        let left = |deadline: Instant| deadline.saturating_duration_since(start);
+        limit
+            .deadline
+            .is_some_and(|deadline| start.elapsed() >= left(deadline) / 2)
+    };
     let mut results: Vec<Option<SittingResult>> = cases.iter().map(|_| None).collect();
     let mut alone: Vec<(usize, String)> = Vec::new();
     let mut seats: Vec<(usize, Seat<'_>)> = Vec::new();
     let mut bytes = 0;
     for (i, case) in cases.iter().enumerate() {
+        if is_late() {
+            break;
+        }
         let own = case.way.estimated_bytes();
         if bytes > 0 && bytes + own > MAX_BYTES {
             let limit = MAX_BYTES >> 30;
@@ -126,13 +137,16 @@ pub(crate) fn sit(
     }
     take_turns(seats, awake, limit, &mut results);
     for (i, reason) in alone {
+        if is_late() {
+            break;
+        }
         let seat = Seat::new(cases[i], setup);
         take_turns(vec![(i, seat)], awake, limit, &mut results);
         if let Some(result) = &mut results[i] {
             result.sitting.alone_because = Some(reason);
         }
     }
-    results.into_iter().flatten().collect()
+    results
 }
 
 /// Takes the samples of cases in turns, until their clocks agree.
@@ -216,7 +230,10 @@ fn rounds(seats: &mut [(usize, Seat<'_>)], awake: &Awake, limit: TimeLimit) {
                 awake.burst()?;
                 prepared.sample(own)
             });
-            seat.intervals.push((from, Instant::now()));
+            let to = Instant::now();
+            let end = seat.prepared.as_ref().and_then(PreparedCase::timed_end);
+            let from = end.and_then(|end| to.checked_sub(end)).unwrap_or(from);
+            seat.intervals.push((from, to));
         }
     }
 }
@@ -283,7 +300,8 @@ mod tests {
             .map(|kind| StudyCase::new("brick", Configuration::of(kind, 16), Task::Build(3)));
         let cases: Vec<&StudyCase> = cases.iter().collect();
         let awake = Awake::with_clock(clock.clone());
-        (sit(&cases, setup, &awake, TimeLimit::default()), clock)
+        let results = sit(&cases, setup, &awake, TimeLimit::default());
+        (results.into_iter().flatten().collect(), clock)
     }
 
     fn clock_of(result: &SittingResult) -> Option<f64> {
@@ -344,13 +362,22 @@ mod tests {
         };
         let cases = ["brick", "no such scene", "brick"].map(build);
         let cases: Vec<&StudyCase> = cases.iter().collect();
-        let results = sit(&cases, setup, &Awake::idle(), TimeLimit::default());
+        let limit = TimeLimit::default();
+        let results = sit(&cases, setup, &Awake::idle(), limit);
+        let results: Vec<SittingResult> = results.into_iter().flatten().collect();
         let ids: Vec<u64> = results.iter().map(|result| result.sitting.id).collect();
         assert!(ids[0] == ids[2] && ids[0] != ids[1]);
         assert_eq!(results[0].sitting.alone_because, None);
         let reason = results[1].sitting.alone_because.clone();
         assert!(reason.is_some_and(|reason| reason.contains("no such scene")));
         assert!(results[1].outcome.is_err() && results[2].outcome.is_ok());
+        // Without time, nothing is prepared.
+        let limit = TimeLimit {
+            deadline: Some(Instant::now()),
+            ..limit
+        };
+        let results = sit(&cases, setup, &Awake::idle(), limit);
+        assert!(results.len() == 3 && results.iter().all(Option::is_none));
     }
 
     #[test]
