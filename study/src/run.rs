@@ -66,6 +66,14 @@ struct Group<'a> {
     cases: Vec<(StudyCase, Record)>,
 }
 
+impl Group<'_> {
+    /// Returns the highest resolution of the cases.
+    fn resolution(&self) -> u32 {
+        let all = self.cases.iter().map(|(case, _)| case.way.resolution);
+        all.max().unwrap_or(0)
+    }
+}
+
 /// Measures on engines, one after another, and writes records to a folder. A group of cases whose records exist is not
 /// measured again.
 ///
@@ -97,6 +105,10 @@ pub fn study(
             }
         }
     }
+    if options.preset == Preset::Hardware {
+        // Each experiment gets its turn before time runs out.
+        todo.sort_by_key(Group::resolution);
+    }
     progress.started(count, known);
     let budget = (options.preset == Preset::Hardware).then_some(hardware::BUDGET);
     let budget = options.time_limit.or(budget);
@@ -120,7 +132,7 @@ pub fn study(
             awake = Some((group.engine, own));
         }
         let Some((_, own)) = &awake else { continue };
-        let began = Instant::now();
+        let (name, began) = (group.experiment.name, Instant::now());
         measure(
             group,
             options,
@@ -128,7 +140,7 @@ pub fn study(
             &mut store,
             (progress, &mut summary),
         )?;
-        clock.add(began.elapsed());
+        clock.add(name, began.elapsed());
     }
     Ok(summary)
 }
@@ -193,31 +205,29 @@ fn groups<'a>(
 /// The time that is left.
 struct TimeBudget {
     deadline: Option<Instant>,
-    experiment: &'static str,
-    longest: Duration,
+    /// The longest sitting of each experiment.
+    longest: BTreeMap<&'static str, Duration>,
 }
 
 impl TimeBudget {
     fn new(start: Instant, limit: Option<Duration>) -> Self {
         Self {
             deadline: limit.map(|limit| start + limit),
-            experiment: "",
-            longest: Duration::ZERO,
+            longest: BTreeMap::new(),
         }
     }
 
     /// Returns true if a sitting as long as the longest of its experiment so far ends in time.
-    fn has_time_for(&mut self, experiment: &Experiment) -> bool {
-        if self.experiment != experiment.name {
-            self.experiment = experiment.name;
-            self.longest = Duration::ZERO;
-        }
+    fn has_time_for(&self, experiment: &Experiment) -> bool {
+        let longest = self.longest.get(experiment.name);
+        let longest = longest.copied().unwrap_or_default();
         self.deadline
-            .is_none_or(|deadline| Instant::now() + self.longest < deadline)
+            .is_none_or(|deadline| Instant::now() + longest < deadline)
     }
 
-    fn add(&mut self, time: Duration) {
-        self.longest = self.longest.max(time);
+    fn add(&mut self, experiment: &'static str, time: Duration) {
+        let longest = self.longest.entry(experiment).or_default();
+        *longest = time.max(*longest);
     }
 }
 

@@ -255,3 +255,65 @@ fn machines_are_distinguished() {
     assert!(report(&[a], &own).is_err());
     assert_eq!(fs::read(&own).expect("records"), before);
 }
+
+/// Times of a hardware GPU are compared at one clock only. The findings say what was left out.
+#[test]
+fn clocks_decide_what_is_compared() {
+    let record = |(via, ms, clock): (&str, f64, f64)| {
+        let mut record = Record {
+            experiment: "frames".into(),
+            case: format!("teapot/{via}/frames"),
+            scene: "teapot".into(),
+            via: via.into(),
+            sitting: Some(argil_study::Sitting {
+                id: 7,
+                cases: 2,
+                attempts: 3,
+                alone_because: None,
+            }),
+            ..Record::default()
+        };
+        record.machine.device = "NVIDIA H100 80GB HBM3".into();
+        record.machine.driver = "NVIDIA 580, vulkan".into();
+        record.samples.insert("frame_ms".into(), vec![ms]);
+        for (name, mhz) in [
+            ("gpu_clock_mhz", clock),
+            ("gpu_clock_min_mhz", clock),
+            ("gpu_clock_max_mhz", clock),
+            ("gpu_clock_limit_mhz", 1980.0),
+        ] {
+            record.values.insert(name.into(), mhz);
+        }
+        serde_json::to_string(&record).expect("JSON") + "\n"
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("records.jsonl");
+    let found = |clocks: [f64; 2]| {
+        let cases = [("octree", 1.48, clocks[0]), ("dense", 1.0, clocks[1])];
+        fs::write(&file, cases.map(record).concat()).expect("a file");
+        let out = folder.path().join("findings.md");
+        findings(std::slice::from_ref(&file), &out).expect("findings");
+        fs::read_to_string(out).expect("a page")
+    };
+    let page = found([1980.0, 1950.0]);
+    assert!(
+        page.contains("**confirmed**: frame time of the octree"),
+        "{page}"
+    );
+    assert!(page.contains("1.48 (1 of 1 agree)"), "{page}");
+    assert!(
+        page.contains("1950 to 1980 of 1980 MHz while measured"),
+        "{page}"
+    );
+    assert!(!page.contains("no record of a hardware GPU"), "{page}");
+    let page = found([1980.0, 1500.0]);
+    let left_out = "no pair is compared; 1 pair left out: clocks differ by more than 3 %";
+    assert!(page.contains(left_out) && !page.contains("1.48"), "{page}");
+    // A GPU that was asleep has no times at all.
+    let page = found([345.0, 345.0]);
+    assert!(
+        !page.contains("1.48") && page.contains("have no times"),
+        "{page}"
+    );
+    assert!(page.contains("no record of a hardware GPU at full clock yet"));
+}
