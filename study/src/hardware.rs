@@ -130,7 +130,9 @@ pub(crate) fn edits(plan: &Plan) -> Vec<StudyCase> {
     for &resolution in resolutions(plan) {
         add(BRICKS, resolution, 0.02);
     }
-    add(BRICKS, first, 0.08);
+    if plan.is_hardware() {
+        add(BRICKS, first, 0.08);
+    }
     add(STUDY_OCTREE, first, 0.02);
     add(DENSE, first, 0.02);
     all
@@ -156,10 +158,14 @@ pub(crate) fn memory(plan: &Plan) -> Vec<StudyCase> {
     let mut all = Vec::new();
     for &resolution in resolutions(plan) {
         for scene in scenes(plan).iter().take(2) {
-            let kinds = [DENSE, MIPPED, STUDY_OCTREE, BRICKS];
-            for kind in kinds {
+            let kinds = [DENSE, BRICKS, MIPPED, STUDY_OCTREE];
+            let count = if plan.is_hardware() { kinds.len() } else { 2 };
+            for &kind in &kinds[..count] {
                 let way = Configuration::of(kind, resolution);
                 all.push(StudyCase::new(*scene, way, Task::Build(1)));
+            }
+            if !plan.is_hardware() {
+                continue;
             }
             let eight = Configuration::of(BRICKS, resolution).bits(SampleFormat::Snorm8);
             all.push(StudyCase::new(*scene, eight, Task::Build(1)));

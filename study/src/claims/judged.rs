@@ -48,8 +48,8 @@ pub(super) fn same_place(a: &Record, b: &Record) -> bool {
         && a.parameters.get("size") == b.parameters.get("size")
 }
 
-/// Returns ratios of a value between matching records. Resolutions must match too, if several records of the
-/// divisor match.
+/// Returns ratios of a value between matching records. Resolutions must match too, if the value is a time or several records
+/// of the divisor match.
 pub(super) fn ratios(
     all: &[&Record],
     experiment: &str,
@@ -64,7 +64,8 @@ pub(super) fn ratios(
             .collect();
         let alike = |r: &&&Record| r.parameter("resolution") == a.parameter("resolution");
         let twin = twins.iter().find(alike).or(twins.first());
-        let is_clear = twins.len() == 1 || twins.iter().any(|r| alike(&r));
+        let is_single = twins.len() == 1 && !value.ends_with("_ms");
+        let is_clear = is_single || twins.iter().any(|r| alike(&r));
         if let Some(b) = twin.filter(|_| is_clear) {
             found.add(value, a, b);
         }
