@@ -6,9 +6,15 @@ use argil::Engine;
 pub(crate) type Counts = Vec<(&'static str, u64)>;
 
 /// Returns an engine's counts. It is empty where nothing is counted.
-pub(crate) fn counts(_engine: &Engine) -> Counts {
-    // TO FILL IN with `Engine::gpu_counters`: one pair per count.
-    Counts::new()
+pub(crate) fn counts(engine: &Engine) -> Counts {
+    engine.gpu_counters().map_or_else(Counts::new, |own| {
+        vec![
+            ("submissions", own.submissions),
+            ("waits", own.waits),
+            ("buffers", own.buffers),
+            ("pipelines", own.pipelines),
+        ]
+    })
 }
 
 /// Returns what was counted since an earlier time.
