@@ -1,8 +1,6 @@
 //! Tests the command as a script uses it: exit codes, messages, JSON, files.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

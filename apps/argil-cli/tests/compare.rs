@@ -1,8 +1,6 @@
 //! Tests `argil compare`.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 use std::path::Path;
 
 fn data(name: &str) -> String {

@@ -1,8 +1,6 @@
 //! Tests edits by the command.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 
 const EDITS: &str = r#"{"edit": "insert", "entry": {"operator": "subtract", "blend": 0.02, "shape": {"type": "sphere", "radius": 0.2}, "modifiers": [{"type": "translate", "by": [0.3, 0.9, 0.9]}]}}
 

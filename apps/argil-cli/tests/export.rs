@@ -1,8 +1,6 @@
 //! Tests files for and of other programs by the command.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 
 #[test]
 fn volumes_for_other_programs_are_written_and_imported() {

@@ -1,8 +1,6 @@
 //! Tests `--via levels`.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 
 /// Levels are as fine as the pixels, within the memory that they were given.
 #[test]

@@ -2,10 +2,8 @@
 //!
 //! *Length.* A test for each way to export or import triangles, with the files that they share.
 
-mod common;
-
+use crate::common::{argil, fails, json, scene};
 use argil::mesh::{MeshFormat, MeshReport};
-use common::{argil, fails, json, scene};
 use std::path::Path;
 
 fn read(path: &str) -> argil::mesh::Mesh {

@@ -1,8 +1,6 @@
 //! Tests `argil render --integrator path`.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 
 const SMALL: [&str; 6] = ["--integrator", "path", "--size", "48x32", "--via", "bricks"];
 

@@ -1,8 +1,6 @@
 //! Tests volumes by the command: bake, render, describe, and every wrong request.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 
 /// Bakes on one device and renders on each. The image equals that of a volume built on the spot.
 #[test]

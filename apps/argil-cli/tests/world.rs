@@ -1,8 +1,6 @@
 //! Tests `argil world` with processes that are killed, and worlds that are read back.
 
-mod common;
-
-use common::{argil, fails, json, scene};
+use crate::common::{argil, fails, json, scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -2,10 +2,8 @@
 //!
 //! *Length.* A test for each kind of change.
 
-mod common;
-
+use crate::common::{Begin, Desk};
 use argil::scene::{Modifier, NodeDesc, NodeKind, Scene, Shape};
-use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Pos2, Vec2};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -2,10 +2,8 @@
 //!
 //! *Length.* A test for each action of a user.
 
-mod common;
-
+use crate::common::{Begin, Desk};
 use argil::scene::{NodeKind, Scene, Shape};
-use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
 
 fn desk() -> Desk {

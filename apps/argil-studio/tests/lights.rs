@@ -1,9 +1,7 @@
 //! Tests what a user does with lights and textures.
 
-mod common;
-
+use crate::common::{Begin, Desk};
 use argil::scene::{Light, Pattern};
-use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers};
 
 fn desk() -> Desk {

@@ -1,10 +1,8 @@
 //! Compares the window with stored images. `UPDATE_PICTURES=1` replaces them by the current ones.
 
-mod common;
-
+use crate::common::{Begin, Desk};
 use argil_metrics::Rgb8Image;
 use argil_metrics::flip::{PIXELS_PER_DEGREE, flip};
-use common::{Begin, Desk};
 use eframe::egui::{Key, Modifiers, Vec2};
 use image::RgbImage;
 use std::path::PathBuf;

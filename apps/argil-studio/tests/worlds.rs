@@ -1,11 +1,9 @@
 //! Worlds in stores: shown from their tiles, edited, and saved beside them.
 
-mod common;
-
+use crate::common::{Begin, Desk};
 use argil::math::Control;
 use argil::scene::{Scene, Shape};
 use argil_world::{PlanOptions, Shard, Store, WorldPlan, bake, finish};
-use common::{Begin, Desk};
 use std::path::{Path, PathBuf};
 
 /// Bakes a world. Returns its folder.

@@ -1,7 +1,6 @@
 //! Stores that fail, lose, cut and exchange what they are given.
 
-mod common;
-
+use crate::common::{Fault, contents, plan, scene, store};
 use argil::Engine;
 use argil::math::Control;
 use argil::scene::{Scene, Shape};
@@ -10,7 +9,6 @@ use argil_world::{
     ReadMode, Shard, Store, StoredWorld, TileCacheOptions, WorldError, WorldPlan, bake, finish,
     status,
 };
-use common::{Fault, contents, plan, scene, store};
 use object_store::ObjectStoreExt;
 use object_store::memory::InMemory;
 use object_store::path::Path;

@@ -1,7 +1,6 @@
 //! Finished worlds are read in parts, edited, and found whole.
 
-mod common;
-
+use crate::common::{Fault, contents, plan, scene, store};
 use argil::Engine;
 use argil::math::Control;
 use argil::prelude::Brush;
@@ -10,7 +9,6 @@ use argil_world::{
     PlanOptions, ReadMode, Shard, Store, StoredWorld, TileCacheOptions, WorldPlan, bake, finish,
     status,
 };
-use common::{Fault, contents, plan, scene, store};
 use object_store::ObjectStoreExt;
 use object_store::memory::InMemory;
 use object_store::path::Path;

@@ -1,9 +1,7 @@
 //! Images through bricks come closer to the field's with every doubling of the resolution.
 
-mod levels_common;
-
+use crate::levels_common::{engines, scene};
 use argil::prelude::*;
-use levels_common::{engines, scene};
 
 /// The mean difference of normals falls, and no more pixels hit than from the field. A ray that ended before the surface
 /// would widen the solid by a part of a pixel, however fine the voxels are.

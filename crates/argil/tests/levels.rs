@@ -1,12 +1,10 @@
 //! Levels of detail, against bricks, the field, and fresh bakes.
 
-mod levels_common;
-
+use crate::levels_common::{differing, engines, levels_of, levels_on, scene};
 use argil::prelude::*;
 use argil::scene::Edit;
 use argil::volume::Volume;
 use argil::{LevelsOptions, World};
-use levels_common::{differing, engines, levels_of, levels_on, scene};
 
 /// At rest, an image no longer changes, lacks nothing, and hits what the field has there.
 #[test]

@@ -1,11 +1,9 @@
 //! A random walk through levels of detail, with edits.
 
-mod levels_common;
-
+use crate::levels_common::{differing, engines, levels_on, scene};
 use argil::LevelsOptions;
 use argil::prelude::*;
 use argil::scene::Edit;
-use levels_common::{differing, engines, levels_on, scene};
 
 /// On a random walk with edits of instances and brushes, what is resident is what a fresh bake has, to the bit. Set
 /// ARGIL_WALK_STEPS for a longer walk than 60 steps.

@@ -1,10 +1,8 @@
 //! Light through bricks comes closer to the field's with every doubling of the resolution, and follows edits.
 
-mod levels_common;
-
+use crate::levels_common::{engines, scene};
 use argil::prelude::*;
 use argil::volume::{Band, BrickSettings, Encoding, SampleFormat};
-use levels_common::{engines, scene};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 

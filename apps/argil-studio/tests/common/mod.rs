@@ -1,5 +1,4 @@
 //! Drives the editor as a user would.
-#![allow(dead_code, reason = "not every test does everything")]
 
 use argil::Engine;
 use argil::scene::Scene;

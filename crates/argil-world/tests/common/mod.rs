@@ -1,5 +1,5 @@
 //! A small world, and stores that do to their requests what real ones do.
-#![allow(dead_code, unreachable_pub, reason = "not every test does everything")]
+#![allow(unreachable_pub, reason = "what tests use")]
 
 use argil::prelude::Brush;
 use argil::scene::{Scene, Shape};

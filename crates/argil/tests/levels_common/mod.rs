@@ -1,7 +1,5 @@
 //! What tests of levels share.
 
-#![allow(dead_code, missing_docs, reason = "each test uses a part of it")]
-
 use argil::prelude::*;
 use argil::volume::Volume;
 use argil::{LevelsOptions, World};

@@ -1,0 +1,17 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod abi;
+mod bounds;
+mod bricks;
+mod clips;
+mod edits;
+mod field;
+mod import;
+mod light;
+mod mesh;
+mod normals;
+mod octree_bricks;
+mod prune;
+mod render;
+mod textures;
+mod volume;

@@ -1,0 +1,5 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod marching;
+mod mesh_sdf;
+mod three_mf;

@@ -1,0 +1,7 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod edit;
+mod file;
+mod journal;
+mod log;
+mod views;

@@ -1,0 +1,5 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod far_pages;
+mod file;
+mod tiles;

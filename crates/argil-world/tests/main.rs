@@ -1,0 +1,6 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod common;
+mod export;
+mod faults;
+mod reading;

@@ -1,0 +1,22 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod convergence;
+mod edit_session;
+mod examples;
+mod facade;
+mod futures;
+mod gpu_more_light;
+mod gpu_stills;
+mod grow;
+mod levels;
+mod levels_common;
+mod levels_walk;
+mod light;
+mod light_of_images;
+mod lights;
+mod live_image;
+mod openvdb;
+mod query;
+mod still;
+mod volume_files;
+mod zarr;

@@ -1,0 +1,6 @@
+//! All tests of this crate, as one program: its parts are linked once.
+
+mod circles;
+mod length;
+mod prose;
+mod targets;
