@@ -1,6 +1,7 @@
-//! Shared parts of all tasks: the workspace's folder, running programs, installing packages.
+//! Shared parts of all tasks: the workspace's folder, running programs, installing and checking packages.
 
 pub mod apt;
+pub mod packages;
 
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};

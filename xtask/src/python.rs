@@ -12,10 +12,26 @@ const PACKAGE: &str = "bindings/python";
 /// Where the environment and the wheels are.
 const ENVIRONMENT: &str = "target/python";
 const WHEELS: &str = "target/wheels";
-/// The largest wheel, in bytes.
-const MAX_WHEEL_BYTES: u64 = 12 << 20;
 
-pub(crate) fn run_all() -> anyhow::Result<()> {
+/// How a wheel is compiled, and how large it may be.
+pub(crate) struct Wheel {
+    profile: &'static str,
+    max_bytes: Option<u64>,
+}
+
+/// What people install: small and fast.
+pub(crate) const RELEASED: Wheel = Wheel {
+    profile: "release",
+    max_bytes: Some(12 << 20),
+};
+
+/// What tests install: compiled soon.
+pub(crate) const TESTED: Wheel = Wheel {
+    profile: "wheel-test",
+    max_bytes: None,
+};
+
+pub(crate) fn run_all(wheel: &Wheel) -> anyhow::Result<()> {
     let manifest = format!("{PACKAGE}/Cargo.toml");
     run("cargo", &["fmt", "--manifest-path", &manifest, "--check"])?;
     let python = environment(ENVIRONMENT)?;
@@ -35,7 +51,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     };
     let requirements = format!("{PACKAGE}/requirements.txt");
     pip(&["--requirement", &requirements])?;
-    let wheel = built(&python)?;
+    let wheel = built(&python, wheel)?;
     pip(&["--force-reinstall", "--no-deps", &wheel])?;
     let in_package = |arguments: &[&str]| {
         // What is installed is tested, and not the folder.
@@ -82,8 +98,8 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Builds the wheel, with lints, and checks its size. Returns its path.
-fn built(python: &str) -> anyhow::Result<String> {
+/// Builds a wheel, with lints, and checks its size. Returns its path.
+fn built(python: &str, wheel: &Wheel) -> anyhow::Result<String> {
     let folder = root().join(WHEELS);
     // What earlier runs left would be found instead.
     let _ = fs::remove_dir_all(&folder);
@@ -92,7 +108,8 @@ fn built(python: &str) -> anyhow::Result<String> {
         "-m",
         "maturin",
         "build",
-        "--release",
+        "--profile",
+        wheel.profile,
         "--locked",
         "--manifest-path",
         &manifest,
@@ -101,26 +118,22 @@ fn built(python: &str) -> anyhow::Result<String> {
     ];
     run_with(LINT_WHILE_COMPILING, python, &build)?;
     let found = fs::read_dir(&folder)?.flatten().map(|entry| entry.path());
-    let wheel = found
+    let path = found
         .into_iter()
         .find(|path| path.extension().is_some_and(|ending| ending == "whl"))
         .context("maturin built no wheel")?;
-    let size = fs::metadata(&wheel)?.len();
-    if size > MAX_WHEEL_BYTES {
-        bail!(
-            "{} has {size} bytes, more than {MAX_WHEEL_BYTES}",
-            wheel.display()
-        );
+    let size = fs::metadata(&path)?.len();
+    if let Some(most) = wheel.max_bytes.filter(|&most| size > most) {
+        bail!("{} has {size} bytes, more than {most}", path.display());
     }
     println!(
         "  {}: {:.1} MiB",
-        wheel.display(),
+        path.display(),
         size as f64 / f64::from(1 << 20)
     );
-    Ok(wheel.to_string_lossy().into_owned())
+    Ok(path.to_string_lossy().into_owned())
 }
 
-/// Creates the environment, and returns its Python.
 /// Returns the Python of an environment in a folder, which is created if it is missing.
 pub(crate) fn environment(folder: &str) -> anyhow::Result<String> {
     let folder = root().join(folder);

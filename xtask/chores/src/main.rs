@@ -17,9 +17,9 @@ fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments[..] {
-        ["web"] => web::build(),
+        ["web"] => web::build(&web::RELEASED),
         ["web", "test"] => {
-            web::build()?;
+            web::build(&web::TESTED)?;
             web_test::test()
         }
         ["web", "serve"] => serve(8080),
@@ -35,8 +35,8 @@ fn main() -> anyhow::Result<()> {
 }
 
 fn serve(port: u16) -> anyhow::Result<()> {
-    web::build()?;
-    web::serve(port)
+    web::build(&web::RELEASED)?;
+    web::serve(&web::RELEASED, port)
 }
 
 fn generate() -> anyhow::Result<()> {

@@ -25,7 +25,7 @@ pub(crate) fn test() -> anyhow::Result<()> {
     let place = folder.display().to_string();
     let server = web::server(0)?;
     let url = format!("http://{}/", server.server_addr());
-    std::thread::spawn(move || web::answer(&server));
+    std::thread::spawn(move || web::answer(&web::TESTED, &server));
     let script = folder.join("test.mjs").display().to_string();
     let world = bake_world(&folder.join("world"))?.display().to_string();
     check_3d_tiles(&world)?;
