@@ -11,35 +11,38 @@ use argil_volume::{
 };
 use glam::IVec3;
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Bricks on a device.
 #[derive(Debug)]
 enum RigVolume {
     Cpu(Box<Bricks>),
-    Gpu(Box<(GpuProgram, GpuVolume)>),
+    Gpu(Box<GpuVolume>),
 }
 
 impl RigVolume {
-    fn bake(gpu: Option<&Arc<Gpu>>, program: &Program, layout: BrickLayout) -> Self {
-        let Some(gpu) = gpu else {
+    /// Bakes a program, with the field of a GPU if there is one.
+    fn bake(field: Option<&mut GpuProgram>, program: &Program, layout: BrickLayout) -> Self {
+        let Some(field) = field else {
             let (bricks, _) = Bricks::bake(program, layout, None).expect("bricks");
             return Self::Cpu(Box::new(bricks));
         };
-        let field = GpuProgram::new(gpu.clone(), program, false).expect("a field");
-        let (volume, _) = GpuVolume::bricks(&field, program, layout, None)
+        field.update(program).expect("a field");
+        let (volume, _) = GpuVolume::bricks(field, program, layout, None)
             .wait()
             .expect("bricks");
-        Self::Gpu(Box::new((field, volume)))
+        Self::Gpu(Box::new(volume))
     }
 
-    fn bricks(&self) -> Cow<'_, Bricks> {
-        match self {
-            Self::Cpu(bricks) => Cow::Borrowed(&**bricks),
-            Self::Gpu(gpu) => match gpu.1.download(gpu.0.gpu()).wait() {
+    fn bricks(&self, gpu: Option<&Gpu>) -> Cow<'_, Bricks> {
+        match (self, gpu) {
+            (Self::Cpu(bricks), _) => Cow::Borrowed(&**bricks),
+            (Self::Gpu(volume), Some(gpu)) => match volume.download(gpu).wait() {
                 Ok(Volume::Bricks(bricks)) => Cow::Owned(bricks),
                 other => panic!("bricks come back: {:?}", other.err()),
             },
+            (Self::Gpu(_), None) => panic!("a volume of a GPU has one"),
         }
     }
 }
@@ -49,7 +52,9 @@ impl RigVolume {
 pub struct EditRig {
     /// Layout of the bricks.
     pub layout: BrickLayout,
-    gpu: Option<Arc<Gpu>>,
+    /// On a GPU, the field of edits, and the one of fresh bakes. They keep the shaders that they have compiled.
+    field: Option<GpuProgram>,
+    fresh: RefCell<Option<GpuProgram>>,
     kept: RigVolume,
     live: IncrementalProgram,
     seen: usize,
@@ -78,10 +83,13 @@ impl EditRig {
         let layout = BrickLayout::new(voxel_grid(scene, &program, resolution), settings);
         let layout = layout.expect("a layout");
         let watch = scene.request_margins(layout.margins(&program));
+        let field_of = |gpu: Arc<Gpu>| GpuProgram::new(gpu, &program, false).expect("a field");
+        let mut field = gpu.clone().map(field_of);
         Self {
             layout,
-            kept: RigVolume::bake(gpu.as_ref(), &program, layout),
-            gpu,
+            kept: RigVolume::bake(field.as_mut(), &program, layout),
+            field,
+            fresh: RefCell::new(gpu.map(field_of)),
             live: IncrementalProgram::new(scene, layout.parts(&program)).expect("a program"),
             seen: scene.change_count(),
             watch,
@@ -104,20 +112,18 @@ impl EditRig {
             self.layout.voxel_grid = voxel_grid.expect("a voxel grid");
         } else {
             self.layout = self.layout.grown_to(solid).expect("a layout");
-            match &mut self.kept {
-                RigVolume::Cpu(bricks) => bricks.grow(self.layout),
-                RigVolume::Gpu(gpu) => {
-                    let (field, volume) = &mut **gpu;
-                    volume
-                        .grow(field.gpu(), &BrickPendingEdits::of(self.layout))
-                        .expect("room");
-                }
+            match (&mut self.kept, &self.field) {
+                (RigVolume::Cpu(bricks), _) => bricks.grow(self.layout),
+                (RigVolume::Gpu(volume), Some(field)) => volume
+                    .grow(field.gpu(), &BrickPendingEdits::of(self.layout))
+                    .expect("room"),
+                (RigVolume::Gpu(_), None) => {}
             }
         }
         let work = EditQueue::new(&self.layout, &self.live, &boxes);
         let Some(work) = work.filter(|_| !upset.needs_rebuild && !turns) else {
             self.watch.set(self.layout.margins(&program));
-            self.kept = RigVolume::bake(self.gpu.as_ref(), &program, self.layout);
+            self.kept = RigVolume::bake(self.field.as_mut(), &program, self.layout);
             self.live =
                 IncrementalProgram::new(scene, self.layout.parts(&program)).expect("a program");
             self.rebakes += 1;
@@ -128,49 +134,48 @@ impl EditRig {
             layout: self.layout,
             queue: work,
         };
-        match &mut self.kept {
-            RigVolume::Cpu(bricks) => {
+        match (&mut self.kept, &mut self.field) {
+            (RigVolume::Cpu(bricks), _) => {
                 let edit = bricks.edit(&self.live, &mut edits.queue, None, None);
                 self.done += edit.expect("bricks");
             }
-            RigVolume::Gpu(gpu) => {
-                let (field, volume) = &mut **gpu;
+            (RigVolume::Gpu(volume), Some(field)) => {
                 field.update_from(&self.live).expect("a field");
                 let edit = volume
                     .edit(field, &self.live, &mut edits, None, None)
                     .wait();
                 edit.expect("an edit");
             }
+            (RigVolume::Gpu(_), None) => {}
         }
         self.seen = scene.change_count();
     }
 
     /// Waits for a GPU.
     pub fn settle(&mut self) {
-        if let RigVolume::Gpu(gpu) = &mut self.kept {
-            let (field, volume) = &mut **gpu;
+        if let (RigVolume::Gpu(volume), Some(field)) = (&mut self.kept, &self.field) {
             self.done += volume.flush(field.gpu()).wait().expect("an answer");
         }
     }
 
     /// Frees memory on a GPU that edits no longer need.
     pub fn trim(&mut self) {
-        if let RigVolume::Gpu(gpu) = &mut self.kept {
-            let (field, volume) = &mut **gpu;
+        if let (RigVolume::Gpu(volume), Some(field)) = (&mut self.kept, &self.field) {
             volume.shrink_to_fit(field).wait().expect("room");
         }
     }
 
     /// Returns the bricks, downloaded from a GPU.
     pub fn bricks(&self) -> Cow<'_, Bricks> {
-        self.kept.bricks()
+        self.kept
+            .bricks(self.field.as_ref().map(|field| &**field.gpu()))
     }
 
     /// Returns the memory of everything in bytes.
     pub fn memory_bytes(&self) -> u64 {
         match &self.kept {
             RigVolume::Cpu(bricks) => bricks.memory_bytes(),
-            RigVolume::Gpu(gpu) => gpu.1.memory_bytes(),
+            RigVolume::Gpu(volume) => volume.memory_bytes(),
         }
     }
 
@@ -184,8 +189,10 @@ impl EditRig {
             voxel_grid: voxel_grid.expect("a voxel grid"),
             ..self.layout
         };
-        let fresh = RigVolume::bake(self.gpu.as_ref(), &program, layout);
-        let (own, fresh) = (self.bricks(), fresh.bricks());
+        let mut field = self.fresh.borrow_mut();
+        let fresh = RigVolume::bake(field.as_mut(), &program, layout);
+        let fresh = fresh.bricks(field.as_ref().map(|field| &**field.gpu()));
+        let own = self.bricks();
         let tables =
             own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
         let (blocks, most) = (own.table().len(), fresh.table().len());

@@ -54,16 +54,17 @@ pub fn run_with(
     Ok(())
 }
 
-/// Builds the program of tasks with these environment variables, and runs it without them.
+/// Builds the program of tasks with these environment variables and options of Cargo, and runs it without them.
 ///
 /// # Errors
 /// If the build or the task fails.
-pub fn chore(environment: &[(&str, &str)], arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
-    run_with(
-        environment,
-        "cargo",
-        &["build", "--workspace", "--bin", "argil-chores", "--locked"],
-    )?;
+pub fn chore(
+    environment: &[(&str, &str)],
+    options: &[&str],
+    arguments: &[impl AsRef<str>],
+) -> anyhow::Result<()> {
+    let build = ["build", "--workspace", "--bin", "argil-chores", "--locked"];
+    run_with(environment, "cargo", &[&build, options].concat())?;
     let target = match std::env::var_os("CARGO_TARGET_DIR") {
         Some(folder) => root().join(folder),
         None => root().join("target"),

@@ -27,7 +27,7 @@ fn main() -> anyhow::Result<()> {
         Some("python") if is_release => python::run_all(&python::RELEASED),
         Some("python") => python::run_all(&python::TESTED),
         Some("compare-mitsuba") => mitsuba::run_all(),
-        Some("web" | "generate" | "shader-stats") => chore(&[], &arguments),
+        Some("web" | "generate" | "shader-stats") => chore(&[], &[], &arguments),
         _ => bail!(USAGE),
     }
 }

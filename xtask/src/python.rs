@@ -13,6 +13,16 @@ const PACKAGE: &str = "bindings/python";
 const ENVIRONMENT: &str = "target/python";
 const WHEELS: &str = "target/wheels";
 
+/// What installs packages, and those that the tests need.
+pub(crate) const PIP: &[&str] = &[
+    "-m",
+    "pip",
+    "install",
+    "--quiet",
+    "--disable-pip-version-check",
+];
+const REQUIREMENTS: &[&str] = &["--requirement", "bindings/python/requirements.txt"];
+
 /// How a wheel is compiled, and how large it may be.
 pub(crate) struct Wheel {
     profile: &'static str,
@@ -35,22 +45,8 @@ pub(crate) fn run_all(wheel: &Wheel) -> anyhow::Result<()> {
     let manifest = format!("{PACKAGE}/Cargo.toml");
     run("cargo", &["fmt", "--manifest-path", &manifest, "--check"])?;
     let python = environment(ENVIRONMENT)?;
-    let pip = |arguments: &[&str]| {
-        let all = [
-            &[
-                "-m",
-                "pip",
-                "install",
-                "--quiet",
-                "--disable-pip-version-check",
-            ],
-            arguments,
-        ]
-        .concat();
-        run(&python, &all)
-    };
-    let requirements = format!("{PACKAGE}/requirements.txt");
-    pip(&["--requirement", &requirements])?;
+    let pip = |arguments: &[&str]| run(&python, &[PIP, arguments].concat());
+    pip(REQUIREMENTS)?;
     let wheel = built(&python, wheel)?;
     pip(&["--force-reinstall", "--no-deps", &wheel])?;
     let in_package = |arguments: &[&str]| {
@@ -95,6 +91,15 @@ pub(crate) fn run_all(wheel: &Wheel) -> anyhow::Result<()> {
         &config,
         &place("examples/typed.py"),
     ])?;
+    Ok(())
+}
+
+/// Installs what the tests need into their environment.
+pub(crate) fn install_quietly() -> anyhow::Result<()> {
+    let python = environment(ENVIRONMENT)?;
+    let list = root().join(REQUIREMENTS[1]);
+    let list = list.to_string_lossy();
+    quietly(&python, &[PIP, &[REQUIREMENTS[0], &list]].concat());
     Ok(())
 }
 

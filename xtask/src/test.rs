@@ -3,12 +3,14 @@
 use crate::python;
 use crate::tools::{DENY, NEXTEST, TYPOS};
 use anyhow::bail;
-use xtask::apt::{install, quietly, quietly_with};
+use std::thread::JoinHandle;
+use xtask::apt::{CHROMIUM, NODE, OPENVDB, WEB_RUST};
+use xtask::apt::{install, install_quietly, quietly, quietly_with};
 use xtask::{LINT_WHILE_COMPILING, chore, packages, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 
-/// What is left out, unless it is asked for.
+/// What is left out, unless it is asked for. With the same features everywhere, nothing is compiled twice.
 const WORLD: &str = "--features=argil-cli/world,argil/zarr";
 
 /// Crates that nobody else can use: programs, and their tests and tasks.
@@ -29,6 +31,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     let check = ["check", "--hide-inclusion-graph"];
     run(&DENY.find()?, &[&check[..], &rules].concat())?;
     packages::check(PRIVATE)?;
+    let installed = install_in_background();
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);
     compiled(&["build", "--workspace", "--all-targets", "--locked", WORLD])?;
     compiled(&[
@@ -38,6 +41,7 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
         "--no-default-features",
         "--locked",
     ])?;
+    let _ = installed.join();
     let nextest = NEXTEST.find()?;
     ensure_gpu(&nextest)?;
     ensure_openvdb()?;
@@ -46,9 +50,9 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
         &nextest,
         &[TESTS, &["--no-fail-fast"]].concat(),
     )?;
-    compiled(&["test", "--workspace", "--locked", "--doc"])?;
+    compiled(&["test", "--workspace", "--locked", "--doc", WORLD])?;
     run("cargo", &documentation())?;
-    chore(LINT_WHILE_COMPILING, &["web", "test"])?;
+    chore(LINT_WHILE_COMPILING, &[WORLD], &["web", "test"])?;
     python::run_all(&python::TESTED)?;
     println!("\nAll checks passed.");
     Ok(())
@@ -72,30 +76,37 @@ fn documentation() -> Vec<&'static str> {
     arguments
 }
 
-/// Packages with the programs that read our volumes.
-const OPENVDB: &[&str] = &[
-    "python3-openvdb",
-    "python3-numpy",
-    "libopenvdb-tools",
-    "libnanovdb-tools",
-];
-
 /// Ensures that OpenVDB's programs are there, which tests compare with.
 fn ensure_openvdb() -> anyhow::Result<()> {
-    let look = "/usr/bin/python3 -c 'import pyopenvdb, numpy' && command -v vdb_print nanovdb_validate nanovdb_print";
-    let are_there = || quietly("sh", &["-c", look]);
-    if are_there() {
+    if OPENVDB.is_there() {
         return Ok(());
     }
     println!("\nOpenVDB's programs are missing: installing them.");
-    let installed = install(OPENVDB);
-    if !installed || !are_there() {
+    if !install(OPENVDB.packages) || !OPENVDB.is_there() {
         bail!(
             "the tests of volume files need OpenVDB's and NanoVDB's programs. On Debian and Ubuntu: sudo apt-get install {}",
-            OPENVDB.join(" ")
+            OPENVDB.packages.join(" ")
         );
     }
     Ok(())
+}
+
+/// Installs what later steps need, without output, while crates compile. What cannot be installed is asked for again by the
+/// step that needs it, with an error that says so.
+fn install_in_background() -> JoinHandle<()> {
+    std::thread::spawn(|| {
+        let needed = [OPENVDB, CHROMIUM, NODE, WEB_RUST];
+        let missing = needed.iter().filter(|needed| !needed.is_there());
+        let missing: Vec<&str> = missing
+            .flat_map(|needed| needed.packages)
+            .copied()
+            .collect();
+        if !missing.is_empty() {
+            println!("\nInstalling meanwhile: {}", missing.join(" "));
+            install_quietly(&missing);
+        }
+        let _ = python::install_quietly();
+    })
 }
 
 /// Ensures that GPU tests have a device, a software one if there is no other.

@@ -1,6 +1,6 @@
 //! Programs that checks run, and that do not come with Rust.
 
-use crate::python::environment;
+use crate::python::{PIP, environment};
 use xtask::apt::quietly;
 use xtask::{root, run};
 
@@ -50,20 +50,8 @@ impl Tool {
             return Ok(installed);
         }
         let python = environment(ENVIRONMENT)?;
-        let pip = [
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-        ];
-        if run(
-            &python,
-            &[&pip[..], &["--only-binary=:all:", self.wheel]].concat(),
-        )
-        .is_ok()
-            && is_there(&installed)
-        {
+        let install = [PIP, &["--only-binary=:all:", self.wheel]].concat();
+        if run(&python, &install).is_ok() && is_there(&installed) {
             return Ok(installed);
         }
         run("cargo", &["install", self.source, "--locked"])?;

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use wasm_bindgen_cli_support::Bindgen;
-use xtask::apt::{install, quietly};
+use xtask::apt::{WEB_RUST, install, quietly};
 use xtask::root;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -130,17 +130,12 @@ fn toolchain() -> anyhow::Result<Toolchain> {
         return Ok(Toolchain::Debian(linker));
     }
     println!("\nNo Rust for browsers found: installing Debian's.");
-    install(&[
-        "rustc-web",
-        "cargo-web",
-        "rust-web-src",
-        "rust-web-llvm",
-        "lld-22",
-    ]);
+    install(WEB_RUST.packages);
     match debian() {
         Some(linker) => Ok(Toolchain::Debian(linker)),
         None => bail!(
-            "Rust cannot compile for browsers here: rustup target add {TARGET}; or on Debian, apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22"
+            "Rust cannot compile for browsers here: rustup target add {TARGET}; or on Debian, apt-get install {}",
+            WEB_RUST.packages.join(" ")
         ),
     }
 }

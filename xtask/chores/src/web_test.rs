@@ -6,7 +6,7 @@ use argil::math::Control;
 use argil::scene::Scene;
 use argil_world::{PlanOptions, Shard, Store, StoredWorld, TileCacheOptions, WorldPlan};
 use std::path::{Path, PathBuf};
-use xtask::apt::{install, quietly};
+use xtask::apt::{CHROMIUM, NODE, install, quietly};
 use xtask::{root, run};
 
 /// Names of Chromium and related browsers.
@@ -95,7 +95,7 @@ fn ensure_browser() -> anyhow::Result<String> {
     };
     if find().is_none() {
         println!("\nNo Chromium found: installing it for the page's tests.");
-        install(&["chromium"]);
+        install(CHROMIUM.packages);
     }
     find().context(
         "the page's tests need Chromium or Chrome: on Debian, apt-get install chromium; elsewhere, put it on the PATH",
@@ -103,12 +103,11 @@ fn ensure_browser() -> anyhow::Result<String> {
 }
 
 fn ensure_node() -> anyhow::Result<()> {
-    let is_there = || quietly("node", &["--version"]) && quietly("npm", &["--version"]);
-    if !is_there() {
+    if !NODE.is_there() {
         println!("\nNo Node.js found: installing it for the page's tests.");
-        install(&["nodejs", "npm"]);
+        install(NODE.packages);
     }
-    if !is_there() {
+    if !NODE.is_there() {
         bail!("the page's tests need Node.js 20 or later: https://nodejs.org");
     }
     Ok(())
