@@ -29,6 +29,12 @@ pub const OPENVDB: Needed = Needed {
     ],
 };
 
+/// Mesa's drivers: a software device for GPU tests, and on Linux a compiler for hardware, whose statistics are compared.
+pub const MESA: Needed = Needed {
+    look: "[ \"$(uname)\" != Linux ] || find /usr/share/vulkan /usr/local/share/vulkan /etc/vulkan -name 'radeon_icd*' 2>/dev/null | grep -q .",
+    packages: &["mesa-vulkan-drivers", "libvulkan1"],
+};
+
 /// A browser for the page's tests.
 pub const CHROMIUM: Needed = Needed {
     look: "chromium --version || chromium-browser --version || google-chrome --version || google-chrome-stable --version",

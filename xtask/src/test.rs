@@ -4,8 +4,8 @@ use crate::python;
 use crate::tools::{DENY, NEXTEST, TYPOS};
 use anyhow::bail;
 use std::thread::JoinHandle;
-use xtask::apt::{CHROMIUM, NODE, OPENVDB, WEB_RUST};
-use xtask::apt::{install, install_quietly, quietly, quietly_with};
+use xtask::apt::{CHROMIUM, MESA, NODE, OPENVDB, WEB_RUST};
+use xtask::apt::{Needed, install, install_quietly, quietly, quietly_with};
 use xtask::{LINT_WHILE_COMPILING, chore, packages, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
@@ -44,7 +44,14 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     let _ = installed.join();
     let nextest = NEXTEST.find()?;
     ensure_gpu(&nextest)?;
-    ensure_openvdb()?;
+    ensure(
+        MESA,
+        "the statistics of shaders need Mesa's driver of AMD's GPUs, even where there is none",
+    )?;
+    ensure(
+        OPENVDB,
+        "the tests of volume files need OpenVDB's and NanoVDB's programs",
+    )?;
     run_with(
         LINT_WHILE_COMPILING,
         &nextest,
@@ -76,26 +83,22 @@ fn documentation() -> Vec<&'static str> {
     arguments
 }
 
-/// Ensures that OpenVDB's programs are there, which tests compare with.
-fn ensure_openvdb() -> anyhow::Result<()> {
-    if OPENVDB.is_there() {
+/// Ensures that packages are there. `reason` says what needs them.
+fn ensure(needed: Needed, reason: &str) -> anyhow::Result<()> {
+    if needed.is_there() || install(needed.packages) && needed.is_there() {
         return Ok(());
     }
-    println!("\nOpenVDB's programs are missing: installing them.");
-    if !install(OPENVDB.packages) || !OPENVDB.is_there() {
-        bail!(
-            "the tests of volume files need OpenVDB's and NanoVDB's programs. On Debian and Ubuntu: sudo apt-get install {}",
-            OPENVDB.packages.join(" ")
-        );
-    }
-    Ok(())
+    bail!(
+        "{reason}. On Debian and Ubuntu: sudo apt-get install {}",
+        needed.packages.join(" ")
+    )
 }
 
 /// Installs what later steps need, without output, while crates compile. What cannot be installed is asked for again by the
 /// step that needs it, with an error that says so.
 fn install_in_background() -> JoinHandle<()> {
     std::thread::spawn(|| {
-        let needed = [OPENVDB, CHROMIUM, NODE, WEB_RUST];
+        let needed = [MESA, OPENVDB, CHROMIUM, NODE, WEB_RUST];
         let missing = needed.iter().filter(|needed| !needed.is_there());
         let missing: Vec<&str> = missing
             .flat_map(|needed| needed.packages)
@@ -118,7 +121,7 @@ fn ensure_gpu(nextest: &str) -> anyhow::Result<()> {
         return Ok(());
     }
     println!("\nNo GPU found: installing Mesa's software Vulkan device.");
-    let installed = install(&["mesa-vulkan-drivers", "libvulkan1"]);
+    let installed = install(MESA.packages);
     if !installed || !has_gpu() {
         bail!(
             "the GPU tests need a Vulkan, Metal or Direct3D 12 device. On Debian and Ubuntu: \

@@ -3,4 +3,5 @@
 mod circles;
 mod length;
 mod prose;
+mod shader_stats;
 mod targets;
