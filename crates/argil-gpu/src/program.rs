@@ -331,3 +331,50 @@ pub(crate) fn check_depth(program: &Program) -> Result<(), GpuError> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use argil_scene::{Brush, Group, NodeId, Scene, Shape};
+
+    /// A program whose operands nest as deep as asked for.
+    fn nested(depth: usize) -> Program {
+        let mut scene = Scene::new();
+        let mut parent: NodeId = Scene::ROOT;
+        for level in 0..depth {
+            let away = 0.2 * level as f32;
+            let own = Brush::new(Shape::sphere(0.3)).at([away, 0.0, 0.0]);
+            scene.push_into(parent, own).expect("a brush");
+            // A group that cuts is an operand of its own.
+            let inner = Brush::new(Shape::sphere(0.25)).at([away, 0.2, 0.0]);
+            let group = Group::new().at([0.0, 0.1, 0.0]).subtract();
+            parent = scene.push_into(parent, group).expect("a group").node;
+            scene.push_into(parent, inner).expect("a brush");
+        }
+        Program::lower(&scene).expect("a program")
+    }
+
+    /// An edit that nests deeper makes the interpreter's stack longer. Its distances stay those of the CPU.
+    #[test]
+    fn stacks_follow_the_depth_of_programs() {
+        let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
+        let mut field = GpuProgram::new(gpu, &nested(1), false).expect("a field");
+        let mut lengths = Vec::new();
+        for depth in [1, 3, 6, 2] {
+            let program = nested(depth);
+            field.update(&program).expect("a field");
+            lengths.push(field.interpreter.stack_slots());
+            let points = [[0.1, 0.2, 0.05], [0.5, -0.1, 0.2], [1.0, 0.4, -0.3]];
+            let answers = pollster::block_on(field.evaluate(&points)).expect("answers");
+            for (point, answer) in points.iter().zip(answers) {
+                let expected = program.distance((*point).into());
+                assert!(
+                    (answer.distance[0] - expected).abs() < 1e-6,
+                    "{depth} at {point:?}"
+                );
+            }
+        }
+        assert!(lengths[0] < lengths[2], "{lengths:?}");
+        assert_eq!(lengths[2], lengths[3], "a stack is not shortened");
+    }
+}
