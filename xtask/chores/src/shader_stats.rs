@@ -17,6 +17,21 @@ use xtask::root;
 
 /// The GPU of the committed table: the Radeon RX 6800 XT of the 2023 study.
 const FAMILY: &str = "navi21";
+/// GPUs that RADV can stand in for. It ends the process at another name.
+const FAMILIES: [&str; 12] = [
+    "polaris10",
+    "vega10",
+    "vega20",
+    "raven",
+    "renoir",
+    "navi10",
+    "navi14",
+    "navi21",
+    "navi22",
+    "navi23",
+    "vangogh",
+    "gfx1100",
+];
 const PAGE: &str = "docs/shader-stats.md";
 /// The scenes of the table.
 const SCENES: [&str; 3] = ["csg20", "teapot", "temple"];
@@ -30,6 +45,9 @@ const DRIVERS: [&str; 3] = [
 /// Writes the table, or prints it for another GPU.
 pub(crate) fn write(family: Option<&str>) -> anyhow::Result<()> {
     let family = family.unwrap_or(FAMILY);
+    if !FAMILIES.contains(&family) {
+        bail!("unknown GPU {family}: name one of {}", FAMILIES.join(", "));
+    }
     let table = measure(family, true)?;
     let text = table.page(family);
     if family == FAMILY {

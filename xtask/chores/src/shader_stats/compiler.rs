@@ -286,7 +286,7 @@ fn loads_in(assembly: &str) -> [u64; 4] {
             .any(|own| name.starts_with(own))
         {
             2
-        } else if name.starts_with("ds_read") {
+        } else if name.starts_with("ds_read") || name.starts_with("ds_load") {
             3
         } else {
             continue;
