@@ -14,6 +14,7 @@ mod modifier_cases;
 mod operator_cases;
 mod random_scenes;
 mod shape_cases;
+mod shared_fields;
 mod structure_cases;
 
 use argil_abi::FrameUniform;
@@ -32,6 +33,7 @@ pub use modifier_cases::modifier_cases;
 pub use operator_cases::operator_cases;
 pub use random_scenes::random_scene;
 pub use shape_cases::{heights, sampled, shape_cases, shapes, vase};
+pub use shared_fields::{SharedFields, by_opcodes};
 pub use structure_cases::structure_cases;
 
 /// Creates random boxes and capsules, rotated and blended. They lose bricks if bounds are not conservative.
