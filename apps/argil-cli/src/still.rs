@@ -127,7 +127,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
             "build_ms": build_ms,
             "frame_ms": output::times(&[paths_ms]),
             "hit_pixels": still.hit_pixels(),
-            "gpu": output::gpu_counters(engine),
+            "gpu": output::gpu_counters(&engine),
             "picture": path.display().to_string(),
         }));
         return Ok(());

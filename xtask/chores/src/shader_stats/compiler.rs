@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn loads_are_counted_by_kind() {
         let assembly = "\ts_load_dwordx4 s[0:3], s[2:3], null ; 1\n\tv_add_f32 v0, v1, v2\n\
-            BB1:\n\tbuffer_load_dword v0, v1, s[0:3], 0 offen\n\timage_sample_lz v0, v[0:2], s[0:7], s[8:11]\n\
+            BB1:\n\tbuffer_load_dword v0, off, s[0:3], 0\n\timage_sample_lz v0, v[0:2], s[0:7], s[8:11]\n\
             \tds_read_b32 v1, v2\n\ts_buffer_load_dword s4, s[0:3], null\n\tbuffer_store_dword v0, v1";
         assert_eq!(loads_in(assembly), [2, 1, 1, 1]);
     }
