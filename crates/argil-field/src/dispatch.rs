@@ -157,17 +157,22 @@ pub(crate) fn wgsl_function(op: u32) -> &'static str {
 /// The most common shapes. Compilers turn a `switch` into a chain of comparisons, so these are compared before it.
 const COMMON: [u32; 5] = [op::Sphere, op::Box, op::Cylinder, op::Capsule, op::Torus];
 
+/// The most shapes whose chain is short enough as it is.
+const SHORT: usize = 8;
+
 /// Returns WGSL that selects the function by opcode, among the `used` ones.
 pub(crate) fn wgsl_dispatch(used: impl Fn(u32) -> bool) -> String {
     let mut text = "fn shape_distance(op: u32, p: vec3<f32>, w: u32) -> f32 {\n".to_owned();
-    for op in COMMON.into_iter().filter(|op| used(*op)) {
+    let length = FUNCTIONS.iter().filter(|(op, _)| used(*op)).count();
+    let is_first = |op: &u32| length > SHORT && COMMON.contains(op);
+    for op in COMMON.into_iter().filter(|op| used(*op) && is_first(op)) {
         let function = wgsl_function(op);
         // Writing to a string does not fail.
         let _ = writeln!(text, "    if op == {op}u {{ return {function}(p, w); }}");
     }
     text += "    switch op {\n";
-    let is_rare = |op: &u32| used(*op) && !COMMON.contains(op);
-    for &(op, function) in FUNCTIONS.iter().filter(|(op, _)| is_rare(op)) {
+    let is_other = |op: &u32| used(*op) && !is_first(op);
+    for &(op, function) in FUNCTIONS.iter().filter(|(op, _)| is_other(op)) {
         let words = if op < abi::OP_FIRST_ITERATIVE {
             "w"
         } else {
