@@ -1,5 +1,5 @@
 use crate::EngineError;
-use crate::mesh_cache::cache_folder;
+use crate::cache_folder;
 use argil_gpu::{DeviceInfo, DeviceKind, Gpu, GpuCounters};
 use argil_math::Control;
 use std::sync::Arc;

@@ -4,6 +4,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod blocking;
 mod build;
+mod cache_folder;
 mod cast;
 mod edit_report;
 mod edit_session;
@@ -51,6 +52,7 @@ pub use glam;
 
 pub use argil_mesh::MeshNormals;
 pub use build::Build;
+pub use cache_folder::cache_folder;
 pub use cast::RayHit;
 pub use edit_report::{EditBudget, EditReport, RebuildReason};
 pub use engine::{Backend, Engine};
@@ -66,8 +68,6 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, load_images, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
-#[cfg(feature = "mesh-files")]
-pub use mesh_cache::cache_folder;
 pub use mesh_file_error::MeshFileError;
 pub use meshing::{MeshError, MeshOptions, MeshOutput, save_mesh};
 pub use observers::SubscriptionId;

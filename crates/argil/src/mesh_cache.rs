@@ -1,5 +1,6 @@
 //! Caches the samples of meshes in files.
 
+use crate::cache_folder;
 use argil_math::Aabb;
 use argil_mesh::{MeshFormat, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};
@@ -19,14 +20,6 @@ pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option
     let hash = blake3::hash(bytes).to_hex();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
     Some(cache_folder()?.join("meshes").join(name))
-}
-
-/// Returns the folder of what can be made again, or `None` where there is none.
-pub fn cache_folder() -> Option<PathBuf> {
-    #[cfg(target_arch = "wasm32")]
-    return None;
-    #[cfg(not(target_arch = "wasm32"))]
-    Some(dirs::cache_dir()?.join("argil"))
 }
 
 /// Writes samples, with the number of triangles and the repairs.
