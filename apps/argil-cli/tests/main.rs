@@ -5,6 +5,7 @@ mod common;
 mod compare;
 mod edit;
 mod export;
+mod gpu_counters;
 mod levels;
 mod mesh;
 mod still;

@@ -3,7 +3,7 @@
 
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
-use crate::pass_module::Passes;
+use crate::frame_pipelines::{FramePasses, FramePipelines};
 use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
@@ -18,37 +18,6 @@ use web_time::Instant;
 const HISTOGRAMS: u64 = 5;
 /// The initial dispatch size: no active blocks of pixels.
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
-
-/// What a frame's steps run.
-pub(crate) struct FramePasses<'a> {
-    pub frame: &'a Passes,
-    pub resolve: &'a Passes,
-}
-
-/// The pipelines of a frame, compiled before it is timed.
-struct FramePipelines<'a> {
-    /// By the index of a step. `None` where no step uses it.
-    frame: Vec<Option<&'a wgpu::ComputePipeline>>,
-    count: &'a wgpu::ComputePipeline,
-    resolve: &'a wgpu::ComputePipeline,
-}
-
-impl<'a> FramePipelines<'a> {
-    fn of(gpu: &Gpu, passes: &FramePasses<'a>, recording: &Recording) -> Result<Self, GpuError> {
-        let mut frame = Vec::new();
-        for step in &recording.steps {
-            if let FrameStep::Pass { pipeline, .. } = *step {
-                frame.resize(frame.len().max(pipeline + 1), None);
-                frame[pipeline] = Some(passes.frame.at(gpu, pipeline)?);
-            }
-        }
-        Ok(Self {
-            frame,
-            count: passes.resolve.get(gpu, "count")?,
-            resolve: passes.resolve.get(gpu, "resolve")?,
-        })
-    }
-}
 
 /// The buffers of a frame's size.
 pub(crate) struct FrameBuffers {

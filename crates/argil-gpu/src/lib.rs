@@ -25,6 +25,8 @@ mod frame;
 #[cfg(feature = "device")]
 mod frame_extras;
 #[cfg(feature = "device")]
+mod frame_pipelines;
+#[cfg(feature = "device")]
 mod frame_stages;
 #[cfg(feature = "device")]
 mod levels;

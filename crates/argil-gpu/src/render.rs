@@ -3,8 +3,9 @@
 use crate::bindings::{
     Bind, COLORS, FIELD_BINDS, FRAME, FRAME_WGSL, HITS, PICTURE_WGSL, TABLES_WGSL,
 };
-use crate::frame::{FrameBuffers, FramePasses};
+use crate::frame::FrameBuffers;
 use crate::frame_extras::{DrawnFrame, FrameExtras};
+use crate::frame_pipelines::FramePasses;
 use crate::frame_stages::{
     ALL_MODES, CONE, DEFERRED, MARCH, MORE_LIGHT, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
     WITH_CONES, WORK_PER_DISPATCH, band_rows, stages,
