@@ -130,6 +130,11 @@ fn edits_that_cannot_be_drawn_are_refused() {
     let studio = desk.window.state_mut();
     let node = studio.document().scene().node(Scene::ROOT).children()[0];
     let mut entry = studio.document().scene().node(node).desc().clone();
+    // Beside the middle of its cell, so that many copies are near a point.
+    let by = [0.3; 3];
+    entry
+        .modifiers
+        .push(argil::scene::Modifier::Translate { by });
     entry.modifiers.push(argil::scene::Modifier::Repeat {
         spacing: [0.001; 3],
         count: None,

@@ -335,21 +335,30 @@ pub(crate) fn check_depth(program: &Program) -> Result<(), GpuError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argil_scene::{Brush, Group, NodeId, Scene, Shape};
+    use argil_scene::{Group, NodeId, Scene, Shape};
 
-    /// A program whose operands nest as deep as asked for.
-    fn nested(depth: usize) -> Program {
+    /// A program whose operands are a balanced tree, which is as deep as asked for.
+    fn nested(depth: u32) -> Program {
         let mut scene = Scene::new();
-        let mut parent: NodeId = Scene::ROOT;
-        for level in 0..depth {
-            let away = 0.2 * level as f32;
-            let own = Brush::new(Shape::sphere(0.3)).at([away, 0.0, 0.0]);
-            scene.push_into(parent, own).expect("a brush");
-            // A group that cuts is an operand of its own.
-            let inner = Brush::new(Shape::sphere(0.25)).at([away, 0.2, 0.0]);
-            let group = Group::new().at([0.0, 0.1, 0.0]).subtract();
-            parent = scene.push_into(parent, group).expect("a group").node;
-            scene.push_into(parent, inner).expect("a brush");
+        let mut level: Vec<NodeId> = vec![Scene::ROOT];
+        for _ in 0..depth {
+            let halves = level.iter().flat_map(|&parent| [parent; 2]);
+            level = halves
+                .map(|parent| {
+                    // A group that blends is an operand of its own.
+                    let group = Group::new().smooth(0.05);
+                    scene.push_into(parent, group).expect("a group").node
+                })
+                .collect();
+        }
+        for (nth, parent) in level.into_iter().enumerate() {
+            for side in [0.0, 0.1] {
+                let solid = Shape::sphere(0.3) | Shape::sphere(0.2);
+                let away = [0.1 * nth as f32, side, 0.0];
+                scene
+                    .push_into(parent, solid.at(away).smooth(0.05))
+                    .expect("a group");
+            }
         }
         Program::lower(&scene).expect("a program")
     }
@@ -358,9 +367,9 @@ mod tests {
     #[test]
     fn stacks_follow_the_depth_of_programs() {
         let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
-        let mut field = GpuProgram::new(gpu, &nested(1), false).expect("a field");
+        let mut field = GpuProgram::new(gpu, &nested(0), false).expect("a field");
         let mut lengths = Vec::new();
-        for depth in [1, 3, 6, 2] {
+        for depth in [0, 2, 5, 1] {
             let program = nested(depth);
             field.update(&program).expect("a field");
             lengths.push(field.interpreter.stack_slots());

@@ -75,7 +75,7 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
     let (mut most, mut torn, mut saved) = (0, 0, 0);
     for kill in 0..200u64 {
         let mut victim = Command::new(&program)
-            .args(["--exact", "victim", "--nocapture"])
+            .args(["--exact", "journal::victim", "--nocapture"])
             .env(VICTIM, &path)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
