@@ -344,7 +344,7 @@ impl<'a> Extents<'a> {
     }
 }
 
-/// Returns for each axis of a repetition whether the copy in a point's own cell is the nearest one, as [`Symmetry`] proves it.
+/// Returns for each axis of a repetition whether mirror symmetry proves that the copy in a point's own cell is the nearest one.
 /// For a radial repeat, the first value counts. `content` is what is repeated.
 pub fn nearest_is_own(modifier: &Modifier, content: &Extent) -> [bool; 3] {
     let symmetry = content.symmetry;
