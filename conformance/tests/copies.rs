@@ -1,8 +1,9 @@
 //! Tests the proof that the copy in a point's own cell is the nearest one, and what both devices then evaluate.
 
+use crate::field::measure;
 use argil_conformance::Wait;
 use argil_conformance::{CaseRng, all_cases, gpu_field, points, rounding, shapes};
-use argil_field::{Evaluator, FAR, LANES, Program, naive};
+use argil_field::{FAR, Program, naive};
 use argil_scene::{
     Brush, Extent, Extents, Modifier, Scene, Shape, evaluated_copies, nearest_is_own,
 };
@@ -168,16 +169,6 @@ fn repeated() -> Vec<(String, [Scene; 2])> {
         }
     }
     all
-}
-
-fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
-    let mut evaluator = Evaluator::new(program);
-    let mut out = vec![0.0; points.len()];
-    for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
-        let axis = |k: usize| points.iter().map(|p| p[k]).collect::<Vec<f32>>();
-        evaluator.distances(&axis(0), &axis(1), &axis(2), out);
-    }
-    out
 }
 
 /// One copy gives the oracle's minimum over all of them, on both devices.

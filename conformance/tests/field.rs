@@ -7,7 +7,8 @@ use argil_math::Aabb;
 use argil_scene::{Brush, Exactness, Group, Modifier, Path2, Scene, Shape};
 use glam::{DVec3, Vec3};
 
-fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
+/// Evaluates a program in batches on the CPU.
+pub(crate) fn measure(program: &Program, points: &[[f32; 3]]) -> Vec<f32> {
     let mut evaluator = Evaluator::new(program);
     let mut out = vec![0.0; points.len()];
     for (points, out) in points.chunks(LANES).zip(out.chunks_mut(LANES)) {
