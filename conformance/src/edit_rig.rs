@@ -182,6 +182,11 @@ impl EditRig {
     /// Counts differences from a fresh bake in a new box: cells, table entries, and blocks that should have been
     /// freed.
     pub fn differing(&self, scene: &Scene) -> u64 {
+        self.compare(scene).0
+    }
+
+    /// Returns what [`EditRig::differing`] counts, and describes the first cell that has a brick in one of the two.
+    pub fn compare(&self, scene: &Scene) -> (u64, Option<String>) {
         let program = Program::lower(scene).expect("a program");
         let voxel_grid = self.layout.voxel_grid;
         let voxel_grid = voxel_grid.recomputed(program.aabb(), frame_of(scene));
@@ -199,11 +204,20 @@ impl EditRig {
         // A box that has grown has more blocks around it.
         let kept = blocks.saturating_sub(3 * most + 64);
         let mut wrong = 0;
+        let mut first = None;
         for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
             for nth in 0..64 {
                 let inner = IVec3::new(nth % 4, nth / 4 % 4, nth / 16);
                 let cell = 4 * block + inner;
-                wrong += u64::from(match (own.cell(cell), fresh.cell(cell)) {
+                let pair = (own.cell(cell), fresh.cell(cell));
+                if matches!(pair.0, BrickCell::Brick(_)) != matches!(pair.1, BrickCell::Brick(_)) {
+                    let length = layout.cell_length();
+                    let center = layout.voxel_grid.corner + (cell.as_vec3() + 0.5) * length;
+                    let d = program.distance(center);
+                    let own = format!("{cell} of length {length} at {center}, {d} from the solid");
+                    first.get_or_insert(format!("{own}: edited {:?}, fresh {:?}", pair.0, pair.1));
+                }
+                wrong += u64::from(match pair {
                     (
                         BrickCell::Empty {
                             center,
@@ -221,7 +235,10 @@ impl EditRig {
                 });
             }
         }
-        own.differing_cells(&fresh) + (tables + kept) as u64 + wrong
+        (
+            own.differing_cells(&fresh) + (tables + kept) as u64 + wrong,
+            first,
+        )
     }
 }
 

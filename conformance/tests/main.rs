@@ -14,5 +14,6 @@ mod normals;
 mod octree_bricks;
 mod prune;
 mod render;
+mod tables;
 mod textures;
 mod volume;

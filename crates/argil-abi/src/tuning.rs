@@ -9,12 +9,12 @@ numbers! { NUMBERS:
     WORLD_LIMIT: f32 = 1e7;
     /// The share of the core's radius, around the axis of a wrapped solid, down to which its distances are used.
     WRAP_TRUSTED: f32 = 0.75;
-    /// Newton steps of a search along a curve, after its samples.
+    /// Newton steps of a search for the nearest point of a curve, after an estimate.
     NEWTON_STEPS: u32 = 4;
-    /// Samples per segment of a path.
-    PIECE_SAMPLES: u32 = 4;
-    /// Samples along a tube's curve.
-    TUBE_SAMPLES: u32 = 8;
+    /// Bounds after which the nearest sphere of a tube with a changing radius is known.
+    TAPER_STEPS: u32 = 4;
+    /// A curve whose quadratic part has less than this part of its linear part's squared length is nearly straight.
+    STRAIGHT_CURVE: f32 = 1e-4;
     /// Words of a spline tube's segment: its box and its curve.
     TUBE_WORDS: u32 = 17;
     /// Reciprocal of the tangent of the penumbra's half angle.

@@ -1,27 +1,28 @@
 //! Distances that search along curves: paths and Bézier tubes. The functions of `curves.wgsl` are twins.
 //!
-//! *Theory.* The nearest point of a quadratic curve is a root of a cubic. A few samples find the right valley, and
-//! Newton's method finds its floor, with the same operations on every device. A point is inside a path if a ray
-//! along +x crosses it an odd number of times. Each segment rises or falls throughout, so it is crossed at most
-//! once, and a half-open rule at its ends counts each crossing exactly once.
+//! *Theory.* The squared distance to a quadratic curve is a polynomial of degree four, with at most two minima. Their
+//! parameters are roots of a cubic ([`minima`]). If a tube's radius changes, the nearest sphere minimizes a ratio-like
+//! difference, distance minus radius. Each bound of it gives a polynomial of degree four, whose minimum is a better
+//! bound. That converges faster than linearly to the global minimum, as in Dinkelbach, "On Nonlinear Fractional
+//! Programming" (1967).
+//!
+//! A point is inside a path if a ray along +x crosses it an odd number of times. Each segment rises or falls
+//! throughout, so it is crossed at most once. A half-open rule at its ends counts each crossing exactly once.
 //!
 //! *Practice.* Points come in blocks of [`SIMD_BLOCK`]. A search is skipped if none of a block's points can be
 //! affected: for a brush that the accumulator beats, and for a segment that another beats. The outer loop runs over
 //! segments and the inner one over points, so that the points become SIMD.
 
 use crate::interpreter_state::words;
+use crate::quartic::minima;
 use crate::scalar::Real;
 use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
 
 /// Points that are searched together.
 pub(crate) const SIMD_BLOCK: usize = 16;
-/// Newton steps after the samples.
-const NEWTON_STEPS: usize = argil_abi::NEWTON_STEPS as usize;
-/// Samples per segment of a path.
-const PIECE_SAMPLES: usize = argil_abi::PIECE_SAMPLES as usize;
-/// Samples along a tube's curve.
-const TUBE_SAMPLES: usize = argil_abi::TUBE_SAMPLES as usize;
+/// Bounds after which the nearest sphere of a tube is known.
+const TAPER_STEPS: u32 = argil_abi::TAPER_STEPS;
 
 /// One number for each point of a block.
 pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
@@ -35,22 +36,17 @@ pub(crate) fn box_distance(x: f32, y: f32, z: f32, w: &[f32; 6]) -> f32 {
     f32::sqrt(gx * gx + gy * gy + gz * gz) * 0.9999
 }
 
-/// Returns the squared distance from (x, y) to a quadratic curve at parameter t, with what a Newton step needs:
-/// q′·(q − p), and its slope, kept positive.
+/// Below this ratio of squares, the quadratic part of a curve is small beside its linear part.
+const STRAIGHT: f32 = argil_abi::STRAIGHT_CURVE;
+
+/// Returns the squared distance from (x, y) to a quadratic curve at a parameter from 0 to 1.
 #[inline(always)]
-fn curve2<R: Real>(x: R, y: R, t: R, w: &[f32; 8]) -> (R, R, R) {
+fn squared2<R: Real>(x: R, y: R, t: f32, w: &[f32; 8]) -> R {
     let (e1x, e1y) = (w[3] - w[1], w[4] - w[2]);
     let (e2x, e2y) = (w[1] - 2.0 * w[3] + w[5], w[2] - 2.0 * w[4] + w[6]);
-    let qx = t * (t * e2x + 2.0 * e1x) + w[1] - x;
-    let qy = t * (t * e2y + 2.0 * e1y) + w[2] - y;
-    let (vx, vy) = (t * (2.0 * e2x) + 2.0 * e1x, t * (2.0 * e2y) + 2.0 * e1y);
-    let speed = vx * vx + vy * vy;
-    let slope = speed + (qx * (2.0 * e2x) + qy * (2.0 * e2y));
-    (
-        qx * qx + qy * qy,
-        qx * vx + qy * vy,
-        slope.max(speed * 0.05 + 1e-12),
-    )
+    let qx = R::constant(t * (t * e2x + 2.0 * e1x) + w[1]) - x;
+    let qy = R::constant(t * (t * e2y + 2.0 * e1y) + w[2]) - y;
+    qx * qx + qy * qy
 }
 
 /// Evaluates one segment of a path: lowers `best`, the squared distance, and flips `sign` where a ray along +x
@@ -114,32 +110,23 @@ fn piece<R: Real>(
         return;
     }
     // The parameter needs no derivatives: at the nearest point, changing it changes nothing.
-    let mut t = [0.0; SIMD_BLOCK];
-    let mut least = [f32::INFINITY; SIMD_BLOCK];
-    let step = 1.0 / PIECE_SAMPLES as f32;
-    for sample in 0..=PIECE_SAMPLES {
-        let sampled = sample as f32 * step;
-        for i in 0..SIMD_BLOCK {
-            let (d, ..) = curve2(xs[i].value(), ys[i].value(), sampled, w);
-            t[i] = if d < least[i] { sampled } else { t[i] };
-            least[i] = Real::min(least[i], d);
-        }
-    }
-    let start = t;
-    for _ in 0..NEWTON_STEPS {
-        for i in 0..SIMD_BLOCK {
-            let (_, pull, slope) = curve2(xs[i].value(), ys[i].value(), t[i], w);
-            let (low, high) = (
-                Real::max(start[i] - step, 0.0),
-                Real::min(start[i] + step, 1.0),
-            );
-            t[i] = Real::clamp_to(t[i] - pull / slope, low, high);
-        }
-    }
+    let [ee, ef, ff] = [
+        e1x * e1x + e1y * e1y,
+        e1x * e2x + e1y * e2y,
+        e2x * e2x + e2y * e2y,
+    ];
     for i in 0..SIMD_BLOCK {
-        let (refined, ..) = curve2(xs[i], ys[i], R::constant(t[i]), w);
-        let (sampled, ..) = curve2(xs[i], ys[i], R::constant(start[i]), w);
-        best[i] = best[i].min(refined.min(sampled));
+        let (x, y) = (ax - xs[i].value(), ay - ys[i].value());
+        let cubic = [
+            x * e1x + y * e1y,
+            2.0 * ee + (x * e2x + y * e2y),
+            3.0 * ef,
+            ff,
+        ];
+        for t in minima(cubic, ff <= 4.0 * STRAIGHT * ee) {
+            let t = t.clamp_to(0.0, 1.0);
+            best[i] = best[i].min(squared2(xs[i], ys[i], t, w));
+        }
     }
 }
 
@@ -175,17 +162,17 @@ pub(crate) fn sd_spline_tube<R: Real>(
 
 /// Returns the iterations of a GPU's loops for a tube.
 pub(crate) fn bezier_tube_loops(_: &[f32]) -> u64 {
-    16
+    6
 }
 
 /// Returns the iterations for a tube of several segments.
 pub(crate) fn spline_tube_loops(words: &[f32]) -> u64 {
-    2 + 17 * words.first().map_or(0, |&count| count as u64)
+    2 + 7 * words.first().map_or(0, |&count| count as u64)
 }
 
 /// Returns the iterations for a path.
 pub(crate) fn outline_loops(words: &[f32]) -> u64 {
-    2 + 12 * words.first().map_or(0, |&count| count as u64)
+    2 + 5 * words.first().map_or(0, |&count| count as u64)
 }
 
 /// Returns the iterations for samples, which need no search.
@@ -234,20 +221,22 @@ fn sd_outline<R: Real>(xs: &SimdBlock<R>, ys: &SimdBlock<R>, pieces: &[f32]) -> 
     best
 }
 
-/// Returns the offset from the point to the curve at t.
+/// Returns the offset from a point to the curve's start.
 #[inline(always)]
-fn curve3<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> [R; 3] {
+fn offset<R: Real>(p: [R; 3], w: &[f32; 11]) -> [R; 3] {
     [
-        t * (t * w[6] + w[3]) + w[0] - p[0],
-        t * (t * w[7] + w[4]) + w[1] - p[1],
-        t * (t * w[8] + w[5]) + w[2] - p[2],
+        R::constant(w[0]) - p[0],
+        R::constant(w[1]) - p[1],
+        R::constant(w[2]) - p[2],
     ]
 }
 
-/// Returns the distance to the sphere at t.
+/// Returns the distance to the sphere at t, from the offset of the curve's start.
 #[inline(always)]
-fn sphere_box<R: Real>(p: [R; 3], t: R, w: &[f32; 11]) -> R {
-    let [x, y, z] = curve3(p, t, w);
+fn sphere_distance<R: Real>(o: [R; 3], t: f32, w: &[f32; 11]) -> R {
+    let x = o[0] + t * (t * w[6] + w[3]);
+    let y = o[1] + t * (t * w[7] + w[4]);
+    let z = o[2] + t * (t * w[8] + w[5]);
     (x * x + y * y + z * z).sqrt() - (t * w[10] + w[9])
 }
 
@@ -259,42 +248,48 @@ pub(crate) fn sd_bezier_tube<R: Real>(
     w: &[f32],
 ) -> SimdBlock<R> {
     let w: &[f32; 11] = words(w, 0);
-    let step = 1.0 / TUBE_SAMPLES as f32;
-    let mut best = [R::constant(1e30); SIMD_BLOCK];
-    let mut at = [0.0; SIMD_BLOCK];
-    for sample in 0..=TUBE_SAMPLES {
-        let t = sample as f32 * step;
-        for i in 0..SIMD_BLOCK {
-            let d = sphere_box([xs[i], ys[i], zs[i]], R::constant(t), w);
-            let nearer = d.value() < best[i].value();
-            best[i] = if nearer { d } else { best[i] };
-            at[i] = if nearer { t } else { at[i] };
-        }
-    }
+    let dot = |a: usize, b: usize| w[a] * w[b] + w[a + 1] * w[b + 1] + w[a + 2] * w[b + 2];
+    let (bb, bc, cc) = (dot(3, 3), dot(3, 6), dot(6, 6));
+    let is_straight = cc <= STRAIGHT * bb;
     // The parameter needs no derivatives: at the nearest sphere, changing it changes nothing.
-    let mut t = at;
-    for _ in 0..NEWTON_STEPS {
+    let mut t = [0.0; SIMD_BLOCK];
+    let mut least = [0.0; SIMD_BLOCK];
+    for i in 0..SIMD_BLOCK {
+        let o = offset([xs[i].value(), ys[i].value(), zs[i].value()], w);
+        let (start, end) = (sphere_distance(o, 0.0, w), sphere_distance(o, 1.0, w));
+        t[i] = if end < start { 1.0 } else { 0.0 };
+        least[i] = Real::min(start, end);
+    }
+    let steps = if w[10] == 0.0 { 1 } else { TAPER_STEPS };
+    for step in 0..steps {
+        // The first step ignores that the radius changes.
+        let taper = if step == 0 { 0.0 } else { w[10] };
+        let reciprocal = 1.0 / taper;
         for i in 0..SIMD_BLOCK {
-            let [qx, qy, qz] = curve3([xs[i].value(), ys[i].value(), zs[i].value()], t[i], w);
-            let (vx, vy, vz) = (
-                t[i] * (2.0 * w[6]) + w[3],
-                t[i] * (2.0 * w[7]) + w[4],
-                t[i] * (2.0 * w[8]) + w[5],
-            );
-            let speed = vx * vx + vy * vy + vz * vz;
-            let distance = f32::sqrt(qx * qx + qy * qy + qz * qz);
-            let pull = qx * vx + qy * vy + qz * vz - distance * w[10];
-            let slope = speed + (qx * (2.0 * w[6]) + qy * (2.0 * w[7]) + qz * (2.0 * w[8]));
-            let (low, high) = (Real::max(at[i] - step, 0.0), Real::min(at[i] + step, 1.0));
-            t[i] = Real::clamp_to(
-                t[i] - pull / Real::max(slope, speed * 0.05 + 1e-12),
-                low,
-                high,
-            );
+            let o = offset([xs[i].value(), ys[i].value(), zs[i].value()], w);
+            let along = |k: usize| o[0] * w[k] + o[1] * w[k + 1] + o[2] * w[k + 2];
+            let reach = least[i] + w[9];
+            let cubic = [
+                along(3) - taper * reach,
+                bb + 2.0 * along(6) - taper * taper,
+                3.0 * bc,
+                2.0 * cc,
+            ];
+            // Spheres smaller than a negative bound's length cannot be nearer.
+            let edge = Real::clamp_to(-reach * reciprocal, 0.0, 1.0);
+            let low = if taper > 0.0 { edge } else { 0.0 };
+            let high = if taper < 0.0 { edge } else { 1.0 };
+            for found in minima(cubic, is_straight) {
+                let found = found.clamp_to(low, high);
+                let d = sphere_distance(o, found, w);
+                t[i] = if d < least[i] { found } else { t[i] };
+                least[i] = Real::min(least[i], d);
+            }
         }
     }
+    let mut best = [R::constant(0.0); SIMD_BLOCK];
     for i in 0..SIMD_BLOCK {
-        best[i] = best[i].min(sphere_box([xs[i], ys[i], zs[i]], R::constant(t[i]), w));
+        best[i] = sphere_distance(offset([xs[i], ys[i], zs[i]], w), t[i], w);
     }
     best
 }

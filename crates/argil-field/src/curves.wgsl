@@ -9,19 +9,15 @@ fn box_distance(p: vec3<f32>, w: u32) -> f32 {
     return sqrt(gap.x * gap.x + gap.y * gap.y + gap.z * gap.z) * 0.9999;
 }
 
-// Returns the squared distance to a quadratic curve at t, and the terms of a Newton step.
-fn curve2(x: f32, y: f32, t: f32, w: u32) -> vec3<f32> {
+// Returns the squared distance to a quadratic curve at a parameter from 0 to 1.
+fn squared2(x: f32, y: f32, t: f32, w: u32) -> f32 {
     let e1x = params[w + 3u] - params[w + 1u];
     let e1y = params[w + 4u] - params[w + 2u];
     let e2x = params[w + 1u] - 2.0 * params[w + 3u] + params[w + 5u];
     let e2y = params[w + 2u] - 2.0 * params[w + 4u] + params[w + 6u];
     let qx = t * (t * e2x + 2.0 * e1x) + params[w + 1u] - x;
     let qy = t * (t * e2y + 2.0 * e1y) + params[w + 2u] - y;
-    let vx = t * (2.0 * e2x) + 2.0 * e1x;
-    let vy = t * (2.0 * e2y) + 2.0 * e1y;
-    let speed = vx * vx + vy * vy;
-    let slope = speed + (qx * (2.0 * e2x) + qy * (2.0 * e2y));
-    return vec3(qx * qx + qy * qy, qx * vx + qy * vy, max(slope, speed * 0.05 + 1e-12));
+    return qx * qx + qy * qy;
 }
 
 // Evaluates one segment of an outline: `state.x` becomes the lower squared distance, and `state.y` flips at a
@@ -68,23 +64,18 @@ fn piece(x: f32, y: f32, w: u32, state: vec2<f32>) -> vec2<f32> {
         return vec2(state.x, sign);
     }
 
-    let step = 1.0 / f32(PIECE_SAMPLES);
-    var start = 0.0;
-    var least = 1e30;
-    for (var i = 0u; i <= PIECE_SAMPLES; i++) {
-        let sampled = f32(i) * step;
-        let d = curve2(x, y, sampled, w).x;
-        if d < least {
-            least = d;
-            start = sampled;
-        }
-    }
-    var t = start;
-    for (var i = 0u; i < NEWTON_STEPS; i++) {
-        let c = curve2(x, y, t, w);
-        t = clamp(t - c.y / c.z, max(start - step, 0.0), min(start + step, 1.0));
-    }
-    return vec2(min(state.x, min(curve2(x, y, t, w).x, least)), sign);
+    let ee = e1x * e1x + e1y * e1y;
+    let ff = e2x * e2x + e2y * e2y;
+    let ox = ax - x;
+    let oy = ay - y;
+    let cubic = vec4(
+        ox * e1x + oy * e1y,
+        2.0 * ee + (ox * e2x + oy * e2y),
+        3.0 * (e1x * e2x + e1y * e2y),
+        ff,
+    );
+    let t = clamp(minima(cubic, ff <= 4.0 * STRAIGHT_CURVE * ee), vec2(0.0), vec2(1.0));
+    return vec2(min(state.x, min(squared2(x, y, t.x, w), squared2(x, y, t.y, w))), sign);
 }
 
 fn sd_outline(x: f32, y: f32, w: u32, count: u32) -> f32 {
@@ -95,47 +86,42 @@ fn sd_outline(x: f32, y: f32, w: u32, count: u32) -> f32 {
     return sqrt(state.x) * state.y;
 }
 
-fn curve3(p: vec3<f32>, t: f32, w: u32) -> vec3<f32> {
-    return vec3(
-        t * (t * params[w + 6u] + params[w + 3u]) + params[w] - p.x,
-        t * (t * params[w + 7u] + params[w + 4u]) + params[w + 1u] - p.y,
-        t * (t * params[w + 8u] + params[w + 5u]) + params[w + 2u] - p.z,
-    );
+fn params3(w: u32) -> vec3<f32> {
+    return vec3(params[w], params[w + 1u], params[w + 2u]);
 }
 
-fn sphere_box(p: vec3<f32>, t: f32, w: u32) -> f32 {
-    let q = curve3(p, t, w);
+fn sphere_distance(o: vec3<f32>, t: f32, w: u32) -> f32 {
+    let q = o + t * (t * params3(w + 6u) + params3(w + 3u));
     return length3(q.x, q.y, q.z) - (t * params[w + 10u] + params[w + 9u]);
 }
 
 fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
-    let step = 1.0 / f32(TUBE_SAMPLES);
-    var best = 1e30;
-    var at = 0.0;
-    for (var i = 0u; i <= TUBE_SAMPLES; i++) {
-        let t = f32(i) * step;
-        let d = sphere_box(p, t, w);
-        if d < best {
-            best = d;
-            at = t;
-        }
+    let o = params3(w) - p;
+    let b = params3(w + 3u);
+    let c = params3(w + 6u);
+    let bb = dot3(b, b);
+    let cc = dot3(c, c);
+    let radius_change = params[w + 10u];
+    let is_straight = cc <= STRAIGHT_CURVE * bb;
+    var least = min(sphere_distance(o, 0.0, w), sphere_distance(o, 1.0, w));
+    let steps = select(TAPER_STEPS, 1u, radius_change == 0.0);
+    for (var step = 0u; step < steps; step++) {
+        let taper = select(radius_change, 0.0, step == 0u);
+        let reach = least + params[w + 9u];
+        let cubic = vec4(
+            dot3(o, b) - taper * reach,
+            bb + 2.0 * dot3(o, c) - taper * taper,
+            3.0 * dot3(b, c),
+            2.0 * cc,
+        );
+        // Spheres smaller than a negative bound's length cannot be nearer.
+        let edge = clamp(-reach / radius_change, 0.0, 1.0);
+        let low = select(0.0, edge, taper > 0.0);
+        let high = select(1.0, edge, taper < 0.0);
+        let t = clamp(minima(cubic, is_straight), vec2(low), vec2(high));
+        least = min(least, min(sphere_distance(o, t.x, w), sphere_distance(o, t.y, w)));
     }
-    let low = max(at - step, 0.0);
-    let high = min(at + step, 1.0);
-    var t = at;
-    for (var i = 0u; i < NEWTON_STEPS; i++) {
-        let q = curve3(p, t, w);
-        let vx = t * (2.0 * params[w + 6u]) + params[w + 3u];
-        let vy = t * (2.0 * params[w + 7u]) + params[w + 4u];
-        let vz = t * (2.0 * params[w + 8u]) + params[w + 5u];
-        let speed = vx * vx + vy * vy + vz * vz;
-        let distance = length3(q.x, q.y, q.z);
-        let pull = q.x * vx + q.y * vy + q.z * vz - distance * params[w + 10u];
-        let slope = speed
-            + (q.x * (2.0 * params[w + 6u]) + q.y * (2.0 * params[w + 7u]) + q.z * (2.0 * params[w + 8u]));
-        t = clamp(t - pull / max(slope, speed * 0.05 + 1e-12), low, high);
-    }
-    return min(best, sphere_box(p, t, w));
+    return least;
 }
 
 fn sd_spline_tube(p: vec3<f32>, w: u32) -> f32 {

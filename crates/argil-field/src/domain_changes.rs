@@ -2,7 +2,9 @@
 
 use crate::domain_ops::{TWIST_WORDS, bend, held, map_point, twist, unclamp};
 use crate::interpreter_state::{InterpreterState, lanes_of, restore_point, words};
-use crate::ramps::{EXTRUDE_WORDS, extrude, revolve_points, shift_points, unwrap, wrap_points};
+use crate::ramps::{
+    EXTRUDE_WORDS, WRAP_WORDS, extrude, revolve_points, shift_points, unwrap, wrap_points,
+};
 use crate::relative_points::displace;
 use crate::scalar::Real;
 use argil_abi as abi;
@@ -34,7 +36,7 @@ pub(crate) fn undo_domain<R: Real>(
     restore_point(r);
     match op {
         abi::OP_EXTRUDE => extrude_values(r, words(params, at)),
-        abi::OP_UNWRAP => unwrap_values(r, &params[at..]),
+        abi::OP_UNWRAP => unwrap_values(r, words(params, at)),
         _ => unclamp_values(r, words(params, at)),
     }
 }
@@ -136,7 +138,7 @@ fn extrude_values<R: Real>(r: &mut InterpreterState<R>, w: &[f32; EXTRUDE_WORDS]
 }
 
 #[inline(always)]
-fn unwrap_values<R: Real>(r: &mut InterpreterState<R>, words: &[f32]) {
+fn unwrap_values<R: Real>(r: &mut InterpreterState<R>, words: &[f32; WRAP_WORDS]) {
     let [xs, ys, zs] = &r.point;
     for i in lanes_of(r.active) {
         let p = [R::get(xs, i), R::get(ys, i), R::get(zs, i)];

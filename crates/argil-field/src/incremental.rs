@@ -16,7 +16,7 @@ use crate::jump_regions::loose_of;
 use crate::jumps::JumpRegion;
 use crate::materials::MaterialTable;
 use crate::part_grid::PartGrid;
-use crate::pieces::{PieceInfo, ROOT, regularity_of};
+use crate::pieces::{PieceInfo, ROOT, acting, regularity_of};
 use crate::program::Program;
 use crate::{ClearanceModel, LowerError, OpcodeSet};
 pub use additions::{Additions, HardBrush};
@@ -64,13 +64,13 @@ pub struct IncrementalProgram {
     order: BTreeMap<u64, NodeId>,
     /// Which pieces can matter where.
     index: PartIndex,
-    /// Statistics of the visible operands.
+    /// Statistics of the operands that take part.
     counts: PieceCounts,
     /// Space in the table of parameters.
     arena: Arena,
     /// What the last update did.
     update: ChangeTracker,
-    /// Instructions and iterations of all operands, visible or not, and all opcodes that ever occurred.
+    /// Instructions and iterations of all operands, whether they take part or not, and all opcodes that ever occurred.
     length: usize,
     iterations: u64,
     opcodes: OpcodeSet,
@@ -202,6 +202,7 @@ impl IncrementalProgram {
         self.arena.begin(old.map(|old| old.params).chain(gone));
         let mut changes_made = ChangeSet::default();
         let had_morphs = self.counts.morphs > 0;
+        let first_acting = self.first_acting();
         for &node in &units {
             self.take_out(node, &mut changes_made);
         }
@@ -237,7 +238,7 @@ impl IncrementalProgram {
         }
         // Kept for their parameters, whether they are collected or not.
         self.update.touched = Some(changes_made);
-        if !plain || !self.tables.loose.is_empty() {
+        if !plain || !self.tables.loose.is_empty() || self.first_acting() != first_acting {
             self.recompute_regularity();
         }
         self.tables.magnitude = self.counts.magnitude();
@@ -314,21 +315,18 @@ impl IncrementalProgram {
         let operator_of = |group: u32| self.groups.operator_of(group);
         let piece_info = |node: &NodeId| {
             let own = &self.operands[node];
-            own.visible.then_some(PieceInfo {
+            own.takes_part.then_some(PieceInfo {
                 group: own.group,
                 operator: own.operator,
                 regularity: own.regularity,
                 extent: own.extent,
+                overshoot: own.overshoot,
             })
         };
-        let first_last = self.order.values().filter_map(piece_info);
-        let all = regularity_of(first_last, parent_of, operator_of);
-        let loose = if all.slack + all.hidden == 0.0 {
-            Vec::new()
-        } else {
-            let last_first = self.order.values().rev().filter_map(piece_info);
-            loose_of(last_first, parent_of, operator_of, all)
-        };
+        let pieces = self.order.values().filter_map(piece_info);
+        let pieces = acting(pieces, parent_of, operator_of);
+        let all = regularity_of(&pieces, parent_of, operator_of);
+        let loose = loose_of(&pieces, parent_of, operator_of, all);
         let before = std::mem::replace(&mut self.tables.loose, loose);
         let tables = &mut self.tables;
         if before != tables.loose {

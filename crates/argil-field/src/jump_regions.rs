@@ -7,7 +7,7 @@
 
 use crate::Program;
 use crate::jumps::{JumpRegion, NearJumps};
-use crate::pieces::{PieceInfo, PieceWalk};
+use crate::pieces::{MAX_OPEN_GROUPS, PieceInfo, PieceWalk, ROOT, chain};
 use crate::regularity::Regularity;
 use argil_math::Aabb;
 use argil_scene::{BlendProfile, Operator, OperatorKind, max_blend_propagation};
@@ -75,18 +75,55 @@ impl Later {
     }
 }
 
-/// Returns the jumping pieces among a scene's visible pieces, given from last to first. `all` is the regularity of
-/// the whole scene.
+/// Returns a box that contains the solid of pieces. Joints move it outward by the sum of their offsets, but on each
+/// level of groups by no more than the largest blend radius.
+fn solid_of(
+    pieces: &[PieceInfo],
+    parent_of: impl Fn(u32) -> u32,
+    operator_of: impl Fn(u32) -> Operator,
+) -> Aabb {
+    let mut solid = Aabb::EMPTY;
+    let (mut bulges, mut blend, mut levels) = (0.0, 0.0f32, 1);
+    let (mut overshoot, mut underestimate) = (0.0, 1.0f32);
+    let mut last = ROOT;
+    for own in pieces {
+        let mut count = |operator: Operator| {
+            bulges += operator.max_outward_offset();
+            blend = blend.max(operator.blend);
+        };
+        count(own.operator);
+        if own.group != last {
+            last = own.group;
+            let mut groups = [ROOT; MAX_OPEN_GROUPS];
+            let groups = chain(own.group, &parent_of, &mut groups);
+            groups.iter().for_each(|&group| count(operator_of(group)));
+            levels = levels.max(1 + groups.len());
+        }
+        overshoot += own.overshoot;
+        underestimate = underestimate.max(own.extent.lipschitz_inverse);
+        if matches!(own.operator.kind, OperatorKind::Union | OperatorKind::Morph) {
+            solid = solid.union(own.extent.aabb);
+        }
+    }
+    let outward = f32::min(bulges, levels as f32 * blend);
+    solid.grown(outward + 1.000_1 * underestimate * overshoot)
+}
+
+/// Returns the jumping pieces among those of a scene, given in its order. `all` is the regularity of the whole scene.
 pub(crate) fn loose_of(
-    last_first: impl Iterator<Item = PieceInfo>,
+    pieces: &[PieceInfo],
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
     all: Regularity,
 ) -> Vec<JumpRegion> {
+    if all.slack + all.hidden == 0.0 {
+        return Vec::new();
+    }
+    let solid = solid_of(pieces, &parent_of, &operator_of);
     let mut loose = Vec::new();
     let mut walk = PieceWalk::default();
     let mut stack = vec![Later::default()];
-    for own in last_first {
+    for own in pieces.iter().rev() {
         walk.go_to(own.group, &parent_of, |group, enters| {
             if !enters {
                 stack.pop();
@@ -113,12 +150,16 @@ pub(crate) fn loose_of(
             .underestimate
             .max(own.extent.lipschitz_inverse);
         let falls = later.falls();
-        // A morph mixes everything, wherever it is.
-        let aabb = if later.morphed {
+        // A morph mixes everything. Outside the whole solid's box, the distance is positive all the same.
+        let reach = if later.morphed {
             Aabb::ALL
         } else {
             own.extent.aabb.grown(1.000_1 * underestimate * falls)
         };
+        let aabb = solid.intersection(reach);
+        if aabb.is_empty() {
+            continue;
+        }
         let settled = Regularity {
             blends: falls,
             blend: falls,

@@ -38,6 +38,7 @@ mod program_tree;
 mod prune;
 mod pruned_grid;
 mod pruned_writer;
+mod quartic;
 mod ramps;
 mod regularity;
 mod relative_points;
@@ -76,6 +77,7 @@ pub const WORLD_LIMIT: f32 = argil_abi::WORLD_LIMIT;
 pub(crate) const WGSL_COMMON: &str = concat!(
     include_str!("scalar.wgsl"),
     include_str!("shapes.wgsl"),
+    include_str!("quartic.wgsl"),
     include_str!("curves.wgsl"),
     include_str!("sampled.wgsl"),
     include_str!("noise.wgsl"),

@@ -119,15 +119,23 @@ fn deformed(m: &Modifier, p: V3, content: argil_scene::Extent, inner: &dyn Fn(V3
             let x = f64::from(from) + length * curve.value(turn);
             let scale = 1.0 / stretch;
             let at = |x: f64| inner(V3::new(x, p.y, r.max(core) - radius)) * scale;
-            let d = at(x).min(at(x - length)).min(at(x + length));
+            let copies = argil_scene::wrap_copies([from, to], curve, content.aabb);
+            let sides = copies.sides as i32;
+            let places =
+                (-sides..=sides).map(|copy| x + f64::from(copy) * f64::from(copies.spacing));
+            let d = places.map(at).fold(NOTHING, f64::min);
             let gap = (core - r) * scale;
-            if r >= core {
+            let solid = if r >= core {
                 d.max(gap)
             } else if r >= f64::from(argil_abi::WRAP_TRUSTED) * core {
                 gap.max(d - gap)
             } else {
                 gap
-            }
+            };
+            let ends =
+                (f64::from(content.aabb.min.y) - p.y).max(p.y - f64::from(content.aabb.max.y));
+            let beyond = V2::new(r - radius - f64::from(content.aabb.max.z), ends);
+            solid.max(beyond.max(V2::ZERO).length() + beyond.max_element().min(0.0))
         }
         Modifier::Displace {
             amplitude,
@@ -177,7 +185,7 @@ fn group(scene: &Scene, id: NodeId, p: V3) -> f64 {
     let mut all: Option<f64> = None;
     for &child in scene.node(id).children() {
         let entry = scene.node(child).at_current_time();
-        if !entry.visible {
+        if !argil_scene::Extents::of(scene).takes_part(child) {
             continue;
         }
         all = match all {

@@ -143,6 +143,35 @@ pub(crate) struct PieceInfo {
     pub operator: Operator,
     pub regularity: Regularity,
     pub extent: Extent,
+    /// The largest distance by which a ramp moves the surface of a morph out of both solids' boxes.
+    pub overshoot: f32,
+}
+
+/// Leaves out the first pieces, which have nothing to act on, unless they add.
+pub(crate) fn acting(
+    pieces: impl Iterator<Item = PieceInfo>,
+    parent_of: impl Fn(u32) -> u32,
+    operator_of: impl Fn(u32) -> Operator,
+) -> Vec<PieceInfo> {
+    let outermost = |own: &PieceInfo| {
+        let (mut operator, mut group) = (own.operator, own.group);
+        while group != ROOT {
+            (operator, group) = (operator_of(group), parent_of(group));
+        }
+        operator.kind
+    };
+    pieces
+        .skip_while(|own| outermost(own) != OperatorKind::Union)
+        .collect()
+}
+
+/// Returns the overshoot of a node's ramp, in the unit of the group around it.
+pub(crate) fn ramp_overshoot(entry: &NodeDesc) -> f32 {
+    let amount = entry.operator.morph_amount;
+    entry
+        .ramp
+        .as_ref()
+        .map_or(0.0, |ramp| ramp.overshoot(amount))
 }
 
 /// Returns the groups that contain something, outermost first.
@@ -199,9 +228,9 @@ impl PieceWalk {
     }
 }
 
-/// Returns the regularity of all pieces, given in the scene's order. Invisible ones are left out.
+/// Returns the regularity of all pieces, given in the scene's order.
 pub(crate) fn regularity_of(
-    pieces: impl Iterator<Item = PieceInfo>,
+    pieces: &[PieceInfo],
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
 ) -> Regularity {

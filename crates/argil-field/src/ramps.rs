@@ -2,6 +2,7 @@
 
 use crate::domain_ops::rough_atan2;
 use crate::scalar::{LANES, Real, sin_cos};
+use crate::shapes::corner2;
 use argil_abi::WRAP_TRUSTED;
 use std::f32::consts::TAU;
 
@@ -11,9 +12,9 @@ const _: () = assert!(WRAP_TRUSTED == argil_scene::WRAP_TRUSTED);
 /// Words of a ramp before its curve: 0 for a line or 1 for a radius, and four factors. A line's value is a · x + b · y
 /// + c · z + d, and a radius's is a · r + b.
 pub(crate) const RAMP_WORDS: usize = 5;
-/// Words of a wrap before its curve: start and length along x, radius, radius of the core, and the scale to the scene's
-/// unit.
-pub(crate) const WRAP_WORDS: usize = 5;
+/// Words of a wrap before its curve: start and length along x, radius, radius of the core, the scale of distances to the
+/// scene's unit, the middle and half of the solid's range along y, its largest radius, and the scale of lengths.
+pub(crate) const WRAP_WORDS: usize = 9;
 /// Words of an extrusion: half of its length, and the scale to the scene's unit.
 pub(crate) const EXTRUDE_WORDS: usize = 2;
 
@@ -118,7 +119,7 @@ pub(crate) fn wrap_points<R: Real>(
     active: usize,
     words: &[f32],
 ) {
-    let &[from, length, radius, core, _] = head(words);
+    let &[from, length, radius, core] = head(words);
     for i in 0..active.min(LANES) {
         let (x, z) = (R::get(xs, i), R::get(zs, i));
         let rough = rough_atan2(-z.value(), x.value());
@@ -142,19 +143,22 @@ pub(crate) fn wrap_points<R: Real>(
     }
 }
 
-/// Cuts off the core around the axis, in which the distance comes from its border.
+/// Cuts off the core around the axis, in which the distance comes from its border. The distance is at least that to a
+/// cylinder around the solid, because near the core the solid's own is divided by a large stretch.
 #[inline(always)]
-pub(crate) fn unwrap<R: Real>(d: R, [x, _, z]: [R; 3], words: &[f32]) -> R {
-    let (core, scale) = (words[3], words[4]);
+pub(crate) fn unwrap<R: Real>(d: R, [x, y, z]: [R; 3], words: &[f32; WRAP_WORDS]) -> R {
+    let &[_, _, _, core, scale, middle, half, radius, length_scale] = words;
     let r = (x * x + z * z).sqrt();
+    let around = corner2(r - radius, (y - middle).abs() - half) * length_scale;
     let gap = (-r + core) * scale;
-    if r.value() >= core {
+    let solid = if r.value() >= core {
         d.max(gap)
     } else if r.value() >= WRAP_TRUSTED * core {
         gap.max(d - gap)
     } else {
         gap
-    }
+    };
+    solid.max(around)
 }
 
 /// Ends the distance of a section along z.

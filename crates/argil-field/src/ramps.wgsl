@@ -35,7 +35,7 @@ fn wrap(p: vec3<f32>, w: u32) -> vec3<f32> {
     let across = -(p.z * sc.y) - p.x * sc.x;
     let along = p.x * sc.y - p.z * sc.x;
     let turn = select(0.0, across / along, along > 0.0);
-    let place = curve((turn + rough) * 0.15915494 + 0.5, w + 5u);
+    let place = curve((turn + rough) * 0.15915494 + 0.5, w + 9u);
     let r = max(sqrt(p.x * p.x + p.z * p.z), params[w + 3u]);
     return vec3(place * params[w + 1u] + params[w], p.y, r - params[w + 2u]);
 }
@@ -43,11 +43,10 @@ fn wrap(p: vec3<f32>, w: u32) -> vec3<f32> {
 fn unwrap(d: f32, p: vec3<f32>, w: u32) -> f32 {
     let core = params[w + 3u];
     let r = sqrt(p.x * p.x + p.z * p.z);
+    let around = corner2(r - params[w + 7u], abs(p.y - params[w + 5u]) - params[w + 6u]) * params[w + 8u];
     let gap = (core - r) * params[w + 4u];
-    if r >= core {
-        return max(d, gap);
-    }
-    return select(gap, max(gap, d - gap), r >= WRAP_TRUSTED * core);
+    let near = select(gap, max(gap, d - gap), r >= WRAP_TRUSTED * core);
+    return max(select(near, max(d, gap), r >= core), around);
 }
 
 fn extrude(d: f32, p: vec3<f32>, w: u32) -> f32 {

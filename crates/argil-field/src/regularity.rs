@@ -5,7 +5,8 @@ use argil_abi as abi;
 use argil_math::Aabb;
 use argil_scene::{
     BlendProfile, Extents, Modifier, NodeId, NodeKind, Operator, OperatorKind, Scene,
-    evaluated_copies, half_angle_about_y, max_blend_propagation, nearest_is_own, wrap_core,
+    evaluated_copies, half_angle_about_y, max_blend_propagation, nearest_is_own, wrap_copies,
+    wrap_core,
 };
 use glam::Vec2;
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
@@ -121,8 +122,8 @@ pub(crate) fn regularity(
         }
         if matches!(entry.kind, NodeKind::Group) {
             for &child in scene.node(id).children() {
-                let operand = scene.node(child).at_current_time();
-                if operand.visible {
+                if extents.takes_part(child) {
+                    let operand = scene.node(child).at_current_time();
                     result = joined(result, all[child], &operand.operator);
                 }
             }
@@ -227,7 +228,10 @@ fn radial_isolation(count: u32, looked_at: u32, content: Aabb) -> f32 {
 /// of neighboring cells.
 fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     if let Modifier::Wrap {
-        from, to, radius, ..
+        from,
+        to,
+        radius,
+        ref curve,
     } = *modifier
     {
         let whole = content.under(std::slice::from_ref(modifier)).aabb;
@@ -236,7 +240,9 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         } else {
             radius
         };
-        return (to - from).abs() + size;
+        // Where the turn ends, a copy on one side is exchanged for one on the other.
+        let copies = wrap_copies([from, to], curve, content.aabb);
+        return copies.spacing * copies.sides as f32 + size;
     }
     let looked_at = evaluated_copies(modifier, content);
     let own = nearest_is_own(modifier, content);
@@ -268,10 +274,18 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
 
 /// Returns the minimum distance of copies that a point does not evaluate, or 0 if it is unknown.
 fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
-    if let Modifier::Wrap { radius, .. } = *modifier {
-        // Where the distance jumps, the core's border is this far away.
+    if let Modifier::Wrap {
+        from,
+        to,
+        radius,
+        ref curve,
+    } = *modifier
+    {
+        // Where the distance jumps, the core's border or a copy is this far away.
         let core = wrap_core(radius, content.aabb);
-        return 0.99 * (1.0 - abi::WRAP_TRUSTED) * core / modifier.stretch(content);
+        let copies = wrap_copies([from, to], curve, content.aabb);
+        let apart = ((1.0 - abi::WRAP_TRUSTED) * core).min(copies.gap);
+        return 0.99 * apart / modifier.stretch(content);
     }
     if !content.aabb.is_finite() || content.aabb.is_empty() {
         return 0.0;

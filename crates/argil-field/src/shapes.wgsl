@@ -7,6 +7,10 @@ fn length2(x: f32, y: f32) -> f32 {
     return sqrt(x * x + y * y);
 }
 
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
 fn length3(x: f32, y: f32, z: f32) -> f32 {
     return sqrt(x * x + y * y + z * z);
 }

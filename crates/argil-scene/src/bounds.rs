@@ -95,7 +95,14 @@ impl Extent {
         match *modifier {
             Modifier::Round { radius } if radius < 0.0 => self.inset(),
             Modifier::Round { radius } => self.offset(radius),
-            Modifier::Shift { .. } | Modifier::Wrap { .. } => Self {
+            // A wrapped solid's distance is at least that to a cylinder around it.
+            Modifier::Wrap { .. } => Self {
+                aabb: region_after(modifier, self.aabb, &self),
+                lipschitz_inverse: 1.0,
+                max_underestimate: f32::INFINITY,
+                ..self
+            },
+            Modifier::Shift { .. } => Self {
                 aabb: region_after(modifier, self.aabb, &self),
                 lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, &self),
                 max_underestimate: f32::INFINITY,
@@ -245,6 +252,12 @@ impl<'a> Extents<'a> {
     /// Returns the extent after a node's modifiers, in the frame of the group around it.
     pub fn node_bounds(&mut self, id: NodeId) -> Extent {
         self.measure(id)[1]
+    }
+
+    /// Whether a node takes part in the solid of the group around it: it is visible, and has content. A node without
+    /// content changes nothing, whatever its operator.
+    pub fn takes_part(&mut self, id: NodeId) -> bool {
+        self.scene.node(id).at_current_time().visible && !self.node_bounds(id).aabb.is_empty()
     }
 
     /// Returns the extents of a node before its first modifier, before its second, and so on, and after its last.

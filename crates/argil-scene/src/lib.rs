@@ -75,7 +75,7 @@ pub use lighting::{AmbientOcclusion, Environment, Fog, Lens, Light, MAX_LIGHTS, 
 pub use loaded_grid::LoadedGrid;
 pub use margins::MarginRequest;
 pub use material::Material;
-pub use modified_region::{WRAP_TRUSTED, wrap_core};
+pub use modified_region::{WRAP_TRUSTED, WrapCopies, wrap_copies, wrap_core};
 pub use modifier::{Modifier, half_angle_about_y};
 pub use morph_ramp::MorphRamp;
 pub use node::{Node, NodeId};

@@ -1,10 +1,10 @@
 //! What a modifier does to a box, and to the steepness of a distance.
 
-use crate::Modifier;
 use crate::clamp::stretch_of_turn;
 use crate::extent::{Extent, around_y};
 use crate::modifier::NOISE_LIPSCHITZ;
 use crate::shape_checks::endless;
+use crate::{Curve, Modifier};
 use argil_math::Aabb;
 use glam::{Vec2, Vec3};
 
@@ -46,6 +46,44 @@ pub fn wrap_core(radius: f32, content: Aabb) -> f32 {
     let begin = radius + content.min.z;
     let margin = 0.05 * radius.min(content.size().z);
     (begin - margin).max(radius / 32.0)
+}
+
+/// Copies of a wrapped solid, side by side along its x axis, before it is wrapped. They continue it where the turn ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrapCopies {
+    /// The distance between two copies: how far the turn moves along x. It is 0 if the turn ends where it begins.
+    pub spacing: f32,
+    /// Copies on each side of the solid that points evaluate.
+    pub sides: u32,
+    /// The distance of other copies along x from a point where the turn ends, if it is positive.
+    pub gap: f32,
+}
+
+/// More copies than this on each side of a wrapped solid are not evaluated.
+const MAX_WRAP_SIDES: u32 = 12;
+
+/// Returns the copies of a wrapped solid that points evaluate, given the content's box.
+pub fn wrap_copies([from, to]: [f32; 2], curve: &Curve, content: Aabb) -> WrapCopies {
+    let [start, end] = [0.0, 1.0].map(|t| from + (to - from) * curve.value(t) as f32);
+    let (low, high) = (start.min(end), start.max(end));
+    let spacing = high - low;
+    let reach = (low - content.min.x).max(content.max.x - high);
+    // A little farther than the solid, so that the other copies are apart from points of the turn.
+    let sides = (reach + 0.05 * spacing) / spacing;
+    let sides = if sides.is_finite() {
+        sides.ceil().clamp(1.0, MAX_WRAP_SIDES as f32)
+    } else {
+        1.0
+    };
+    WrapCopies {
+        spacing,
+        sides: sides as u32,
+        gap: if spacing > 0.0 {
+            sides * spacing - reach
+        } else {
+            f32::INFINITY
+        },
+    }
 }
 
 /// Returns a box around all points that a modifier maps into `region`, which is in the frame of `content`.

@@ -214,8 +214,8 @@ modifiers! {
     });
 
     /// Wraps the solid around the y axis: the part between two places on the x axis becomes a full turn, counterclockwise
-    /// seen from above, from −x on. Its z becomes the distance outward from the radius. Near the axis, the solid is cut
-    /// off.
+    /// seen from above, from −x on. Its z becomes the distance outward from the radius. What is beyond the two places goes on
+    /// around the axis. Near the axis, the solid is cut off.
     #[doc(alias = "roll")]
     Wrap {
         /// Where the turn begins on the x axis.

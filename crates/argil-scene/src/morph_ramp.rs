@@ -65,7 +65,7 @@ impl MorphRamp {
     }
 
     /// Returns the largest distance of the result's surface from the box of both solids.
-    pub(crate) fn overshoot(&self, amount: f32) -> f32 {
+    pub fn overshoot(&self, amount: f32) -> f32 {
         self.beyond(amount) * self.max_difference
     }
 

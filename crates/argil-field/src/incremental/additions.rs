@@ -56,7 +56,7 @@ impl IncrementalProgram {
                 return None;
             };
             let joint = BrushParams::read(&program.params, instr.params as usize).joint;
-            let is_plain = own.visible && own.is_plain() && own.group == ROOT;
+            let is_plain = own.takes_part && own.is_plain() && own.group == ROOT;
             let is_brush = instr.op < abi::OP_SHAPES_END && joint.sb > 0.0;
             (touched.after.contains(node) && is_plain && is_brush)
                 .then_some((own.extent, joint, instr))

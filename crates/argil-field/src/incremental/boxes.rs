@@ -15,11 +15,11 @@ impl IncrementalProgram {
         let after = touched.after.iter().map(|node| self.operands.get(node));
         let after = after.collect::<Option<Vec<&Operand>>>()?;
         let all = || touched.before.iter().chain(after.iter().copied());
-        let acts = |own: &&Operand| own.visible && !own.extent.aabb.is_empty();
+        let acts = |own: &&Operand| own.takes_part;
         let is_everywhere = |own: &Operand| {
             own.operator.kind == OperatorKind::Intersect || !own.extent.aabb.is_finite()
         };
-        if all().filter(|own| own.visible).any(is_everywhere) {
+        if all().filter(|own| own.takes_part).any(is_everywhere) {
             return None;
         }
         // The blends of what is gone count too.

@@ -70,7 +70,7 @@ impl IncrementalProgram {
             .filter(|node| !touched.after.contains(node))
             .map(|node| &self.operands[node]);
         let mut all: Vec<&Operand> = stay.chain(&touched.before).collect();
-        all.retain(|own| own.visible);
+        all.retain(|own| own.takes_part);
         all.sort_by_key(|own| own.rank);
         let mut writer = ListWriter::new(&self.groups, out);
         all.iter()

@@ -1,4 +1,4 @@
-//! Statistics of the visible operands. They give the maximum after an operand is removed.
+//! Statistics of the operands that take part. They give the maximum after an operand is removed.
 
 use super::piece::Operand;
 use argil_scene::{OperatorKind, max_blend_propagation};
@@ -38,7 +38,7 @@ fn maximum(counts: &BTreeMap<u32, u32>) -> f32 {
 impl PieceCounts {
     /// Adds an operand in a number of open groups, or removes it.
     pub(super) fn count(&mut self, operand: &Operand, depth: usize, is_there: bool) {
-        if !operand.visible {
+        if !operand.takes_part {
             return;
         }
         count(&mut self.magnitudes, operand.magnitude, is_there);

@@ -137,14 +137,9 @@ impl PartIndex {
     }
 
     pub(super) fn is_everywhere(&self, operand: &Operand, groups: &GroupTree) -> bool {
-        let acts = operand.visible && !operand.extent.aabb.is_empty();
         let is_intersection = operand.operator.kind == OperatorKind::Intersect;
-        (operand.visible && is_intersection)
-            || (acts
-                && self
-                    .parts
-                    .level_of(self.grown_box(operand, groups))
-                    .is_none())
+        let level = || self.parts.level_of(self.grown_box(operand, groups));
+        operand.takes_part && (is_intersection || level().is_none())
     }
 
     /// Returns the parts in which an operand can matter.
@@ -153,9 +148,7 @@ impl PartIndex {
         operand: &Operand,
         groups: &GroupTree,
     ) -> impl Iterator<Item = Part> + use<> {
-        let is_near = operand.visible
-            && operand.operator.kind != OperatorKind::Intersect
-            && !operand.extent.aabb.is_empty();
+        let is_near = operand.takes_part && operand.operator.kind != OperatorKind::Intersect;
         let found = is_near
             .then(|| self.parts.level_of(self.grown_box(operand, groups)))
             .flatten();

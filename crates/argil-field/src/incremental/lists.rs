@@ -77,16 +77,21 @@ impl IncrementalProgram {
         }
     }
 
-    /// Iterates over the visible pieces in the scene's order. The first one adds.
+    /// Iterates over the pieces that take part, in the scene's order. The first one adds.
     pub(super) fn acting(&self) -> impl Iterator<Item = &Operand> {
         let all = self.order.values().map(|node| &self.operands[node]);
-        all.filter(|own| own.visible).skip_while(|own| {
+        all.filter(|own| own.takes_part).skip_while(|own| {
             let kind = match self.groups.outermost(own.group) {
                 ROOT => own.operator.kind,
                 group => self.groups.operator_of(group).kind,
             };
             kind != OperatorKind::Union
         })
+    }
+
+    /// Returns the rank of the first piece that acts. Those before it have nothing to act on.
+    pub(super) fn first_acting(&self) -> Option<u64> {
+        self.acting().next().map(|own| own.rank)
     }
 
     /// Returns the whole scene's program, equal to [`Program::lower`] except for orders that do not matter.

@@ -2,7 +2,7 @@
 
 use super::groups::GroupPosition;
 use crate::lower::{EnclosingGroup, extent_in_world};
-use crate::pieces::{ROOT, is_open, scale_of, scaled};
+use crate::pieces::{ROOT, is_open, ramp_overshoot, scale_of, scaled};
 use crate::places::place_words_of;
 use crate::program::Program;
 use crate::regularity::Regularity;
@@ -26,10 +26,13 @@ pub(super) struct Operand {
     pub params: (u32, u32),
     /// Its operator, in the scene's unit.
     pub operator: Operator,
-    pub visible: bool,
+    /// Whether it is visible and has content.
+    pub takes_part: bool,
     /// Its extent, in the scene's space.
     pub extent: Extent,
     pub regularity: Regularity,
+    /// See [`PieceInfo`](crate::pieces::PieceInfo).
+    pub overshoot: f32,
     pub magnitude: f32,
     pub slots: (usize, usize),
     pub brushes: usize,
@@ -44,7 +47,7 @@ impl Operand {
 
     /// Whether it can add to the solid.
     pub(super) fn adds(&self) -> bool {
-        self.visible
+        self.takes_part
             && self.group_adds
             && matches!(
                 self.operator.kind,
@@ -56,7 +59,7 @@ impl Operand {
     pub(super) fn ends(&self) -> bool {
         let is_infinite =
             self.adds() && !self.extent.aabb.is_empty() && !self.extent.aabb.is_finite();
-        is_infinite || (self.visible && self.operator.kind == OperatorKind::Intersect)
+        is_infinite || (self.takes_part && self.operator.kind == OperatorKind::Intersect)
     }
 
     /// Whether another piece has the same instructions, apart from the values of parameters.
@@ -65,7 +68,7 @@ impl Operand {
             params: instr.params - operand.params.0,
             ..*instr
         };
-        self.visible == other.visible
+        self.takes_part == other.takes_part
             && self.group == other.group
             && self.params.1 == other.params.1
             && self.instructions.len() == other.instructions.len()
@@ -91,7 +94,7 @@ impl Operand {
 
     /// Whether the regularity of the whole scene cannot depend on it.
     pub(super) fn is_plain(&self) -> bool {
-        !self.visible || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
+        !self.takes_part || (self.regularity == Regularity::SMOOTH && !self.is_chamfered())
     }
 }
 
@@ -142,7 +145,13 @@ fn lowered(
     place: &GroupPosition,
 ) -> Result<Operand, LowerError> {
     let entry = scene.node(node).at_current_time();
-    let own = Program::lower_piece(scene, node, place.frame, place.scale)?;
+    let takes_part = extents.takes_part(node);
+    // What is hidden cannot exceed a limit.
+    let own = if takes_part {
+        Program::lower_piece(scene, node, place.frame, place.scale)?
+    } else {
+        Program::blank()
+    };
     let (opcodes, iterations) = (OpcodeSet::of(&own), own.max_iterations());
     Ok(Operand {
         rank: 0,
@@ -152,7 +161,7 @@ fn lowered(
         own_params: own.params,
         params: (0, 0),
         operator: scaled(&entry.operator, place.scale),
-        visible: entry.visible,
+        takes_part,
         extent: extent_in_world(scene, extents, node),
         regularity: Regularity {
             lipschitz: own.lipschitz,
@@ -166,6 +175,7 @@ fn lowered(
             },
             ..Regularity::SMOOTH
         },
+        overshoot: ramp_overshoot(entry) * place.scale,
         magnitude: own.magnitude,
         slots: (own.value_slots, own.point_slots),
         brushes: own.brushes,

@@ -83,7 +83,7 @@ pub(super) struct OpenScope {
 pub(super) struct Lowering<'a> {
     pub(super) scene: &'a Scene,
     pub(super) extents: Extents<'a>,
-    /// The visible operands of each group.
+    /// The operands of each group that take part.
     pub(super) operands: HashMap<NodeId, Vec<NodeId>>,
     /// The stack slots that each node needs with an empty accumulator.
     pub(super) slots: NodeMap<u32>,

@@ -5,7 +5,10 @@ use super::lowering::{FEW_OPERANDS, Lowering, OpenScope};
 use super::params::{is_loop, is_single};
 use crate::jump_regions::loose_of;
 use crate::node_map::NodeMap;
-use crate::pieces::{OpenGroup, Piece, PieceInfo, Pieces, ROOT, magnitude, regularity_of, scaled};
+use crate::pieces::{
+    OpenGroup, Piece, PieceInfo, Pieces, ROOT, acting, magnitude, ramp_overshoot, regularity_of,
+    scaled,
+};
 use crate::program::Program;
 use crate::regularity::{Regularity, regularity};
 use crate::spans::GroupSpan;
@@ -67,7 +70,7 @@ impl<'a> Lowering<'a> {
         lowering
     }
 
-    /// Finds the visible operands and the stack slots of each node, from the leaves up.
+    /// Finds the operands that take part, and the stack slots of each node, from the leaves up.
     pub(super) fn measure(&mut self, parents_first: &[NodeId]) {
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
@@ -79,7 +82,7 @@ impl<'a> Lowering<'a> {
                 for &child in node.children() {
                     let entry = self.scene.node(child).at_current_time();
                     let acts = !operands.is_empty() || entry.operator.kind == OperatorKind::Union;
-                    if !entry.visible || !acts {
+                    if !acts || !self.extents.takes_part(child) {
                         continue;
                     }
                     let own = self.slots[child];
@@ -122,15 +125,16 @@ impl<'a> Lowering<'a> {
         program.underestimate = own.underestimate;
     }
 
-    /// Returns the facts about a piece, if it is visible.
+    /// Returns the facts about a piece, if it takes part.
     pub(super) fn piece_info(&mut self, groups: &Pieces, piece: Piece) -> Option<PieceInfo> {
         let entry = self.scene.node(piece.node).at_current_time();
         let scale = groups.groups[piece.group as usize].scale;
-        entry.visible.then(|| PieceInfo {
+        self.extents.takes_part(piece.node).then(|| PieceInfo {
             group: piece.group,
             operator: scaled(&entry.operator, scale),
             regularity: self.regular[piece.node].scaled(scale),
             extent: extent_in_world(self.scene, &mut self.extents, piece.node),
+            overshoot: ramp_overshoot(entry) * scale,
         })
     }
 
@@ -138,7 +142,7 @@ impl<'a> Lowering<'a> {
     pub(super) fn measure_pieces(&mut self, pieces: &Pieces) {
         let mut greatest = 0.0f32;
         for piece in &pieces.all {
-            if self.scene.node(piece.node).at_current_time().visible {
+            if self.extents.takes_part(piece.node) {
                 let scale = pieces.groups[piece.group as usize].scale;
                 greatest = greatest.max(magnitude(&self.extents.node_bounds(piece.node), scale));
             }
@@ -146,16 +150,11 @@ impl<'a> Lowering<'a> {
         self.program.magnitude = greatest;
         let parent_of = |group: u32| pieces.groups[group as usize].parent;
         let operator_of = |group: u32| pieces.groups[group as usize].operator;
-        let piece_infos = pieces
-            .all
-            .iter()
-            .filter_map(|&piece| self.piece_info(pieces, piece));
-        let all = regularity_of(piece_infos, parent_of, operator_of);
+        let piece_infos = pieces.all.iter();
+        let piece_infos = piece_infos.filter_map(|&piece| self.piece_info(pieces, piece));
+        let piece_infos = acting(piece_infos, parent_of, operator_of);
+        let all = regularity_of(&piece_infos, parent_of, operator_of);
         self.set_regularity(all);
-        if all.slack + all.hidden > 0.0 {
-            let last_first = pieces.all.iter().rev();
-            let piece_infos = last_first.filter_map(|&piece| self.piece_info(pieces, piece));
-            self.program.loose = loose_of(piece_infos, parent_of, operator_of, all);
-        }
+        self.program.loose = loose_of(&piece_infos, parent_of, operator_of, all);
     }
 }

@@ -4,13 +4,11 @@ use super::error::LowerError;
 use super::frame::Frame;
 use super::lowering::{Lowering, LoweringTask};
 use super::params::{affine_words, repeat_words};
+use crate::FAR;
 use crate::ramps::RAMP_WORDS;
 use argil_abi as abi;
-use argil_scene::{Curve, Extent, Modifier, NodeDesc, NodeId, Ramp, wrap_core};
+use argil_scene::{Curve, Extent, Modifier, NodeDesc, NodeId, Ramp, wrap_copies, wrap_core};
 use glam::Vec3;
-
-/// Copies of a wrapped solid: its own, and one on each side of the place where the turn begins.
-const WRAPPED_COPIES: u32 = 3;
 
 impl Lowering<'_> {
     /// Opens a modifier of this file in the node's own frame. The outer point is saved.
@@ -50,8 +48,22 @@ impl Lowering<'_> {
             } => {
                 let length = to - from;
                 let core = wrap_core(radius, content.aabb);
+                let length_scale = frame.scale as f32;
                 frame.scale /= f64::from(modifier.stretch(content));
-                let own = [from, length, radius, core, frame.scale as f32];
+                let (low, high) = (content.aabb.min.y.max(-FAR), content.aabb.max.y.min(FAR));
+                let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+                let outer = (radius + content.aabb.max.z).clamp(0.0, FAR);
+                let own = [
+                    from,
+                    length,
+                    radius,
+                    core,
+                    frame.scale as f32,
+                    middle,
+                    half,
+                    outer,
+                    length_scale,
+                ];
                 let words = [&own[..], &curve_words(curve)].concat();
                 let instr = self.with(abi::OP_WRAP, &words);
                 self.emit(instr);
@@ -59,9 +71,12 @@ impl Lowering<'_> {
                     op: abi::OP_UNWRAP,
                     ..instr
                 }));
-                let looked_at = [WRAPPED_COPIES, 1, 1];
-                let (words, copies) =
-                    repeat_words([length.abs(), 0.0, 0.0], Some(looked_at), looked_at);
+                let copies = wrap_copies([from, to], curve, content.aabb);
+                if copies.spacing <= 0.0 {
+                    return Ok(());
+                }
+                let count = [2 * copies.sides + 1, 1, 1];
+                let (words, copies) = repeat_words([copies.spacing, 0.0, 0.0], Some(count), count);
                 self.open_loop(
                     node,
                     (abi::OP_REPEAT, &words, copies),

@@ -134,12 +134,11 @@ impl EditQueue {
     ) -> u64 {
         let last = layout.cell_box(first + (BLOCK_SIDE as i32 - 1));
         let block = Aabb::new(layout.cell_box(first).min, last.max);
-        if incremental
+        // Jumps are decided for a whole block, wherever in it they are.
+        let jumps = incremental
             .program()
-            .jumps_near(block, layout.cell_length())
-            .gap
-            < f32::MAX
-        {
+            .jumps_near(block, layout.cell_length());
+        if jumps.gap < f32::MAX || self.is_loosened(layout, first) {
             return u64::MAX;
         }
         let block = block.grown(layout.voxel_grid.voxel_size);
