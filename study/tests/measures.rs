@@ -63,7 +63,9 @@ fn errors_of_stored_distances_agree() {
 #[test]
 fn distances_between_surfaces_agree() {
     let surfaces = [24, 32].map(|n| {
-        let mesh = read_mesh(&data(&format!("teapot-{n}.ply"))).expect("a mesh");
+        let mesh = read_mesh(&data(&format!("teapot-{n}.ply")))
+            .expect("a mesh")
+            .mesh;
         let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len())
             .map(|i| mesh.triangle_vertices(i))
             .collect();

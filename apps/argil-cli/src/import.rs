@@ -219,7 +219,9 @@ fn refuse_scenes(path: &Path) -> anyhow::Result<()> {
 
 /// Writes the mesh with its open parts turned into walls, and returns the new file's path.
 fn thickened(options: &Import, thickness: f32) -> anyhow::Result<PathBuf> {
-    let (mesh, parts) = argil::mesh::thicken(&argil::mesh::read(&options.file)?, thickness);
+    let read = argil::mesh::read(&options.file)?;
+    output::warn(&options.file, &read.warnings);
+    let (mesh, parts) = argil::mesh::thicken(&read.mesh, thickness);
     ensure!(
         parts > 0,
         "--thickness: {} has no open edges: omit it",
@@ -256,8 +258,8 @@ fn from_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
         scene = Scene::new();
         scene.push(Brush::new(heights.shape()))?;
     }
-    for warning in loaded.iter().flat_map(|loaded| loaded.warnings()) {
-        eprintln!("warning: {}: {warning}", options.file.display());
+    if let Some(loaded) = &loaded {
+        output::warn(&options.file, &loaded.warnings());
     }
     Ok((scene, loaded))
 }
@@ -277,7 +279,7 @@ fn about(loaded: &LoadedMesh) -> Value {
         "parts": repairs.parts,
         "holes_closed": repairs.holes,
         "sheets_dropped": repairs.sheets,
-        "warnings": repairs.warnings(),
+        "warnings": loaded.warnings(),
         "triangles_dropped": repairs.dropped,
         "triangles_flipped": repairs.flipped,
         "parts_flipped": repairs.parts_flipped,

@@ -53,7 +53,9 @@ pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
 
 /// Describes a mesh file: its triangles as they are, with vertices welded by position.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
-    let mesh = argil::mesh::read(&options.scene)?;
+    let file = argil::mesh::read(&options.scene)?;
+    let mesh = file.mesh;
+    output::warn(&options.scene, &file.warnings);
     anyhow::ensure!(
         !mesh.triangles.is_empty(),
         "{}: it contains no triangle",
@@ -61,7 +63,11 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
     );
     let report = MeshReport::of(&mesh.welded());
     let mut about = output::mesh(&report);
-    let own = json!({ "vertices": mesh.positions.len(), "welded_vertices": report.vertices });
+    let own = json!({
+        "vertices": mesh.positions.len(),
+        "welded_vertices": report.vertices,
+        "warnings": file.warnings,
+    });
     output::extend(&mut about, own);
     print(options, &about);
     Ok(())

@@ -71,6 +71,13 @@ pub(crate) fn count(number: impl std::fmt::Display, one: &str) -> String {
     format!("{number} {one}{ending}")
 }
 
+/// Prints warnings about a file to standard error.
+pub(crate) fn warn(path: &Path, warnings: &[String]) {
+    for warning in warnings {
+        eprintln!("warning: {}: {warning}", path.display());
+    }
+}
+
 /// Prints a line of a human-readable report.
 pub(crate) fn pair(key: &str, value: &Value) {
     let text = readable(value);

@@ -111,7 +111,7 @@ fn a_mesh_of_levels_is_closed() {
     }
     assert!(directed.values().all(|&sum| sum == 0), "a hole");
     let mesh = argil::mesh::read(file.as_ref()).expect("a mesh file");
-    let mesh = mesh.welded();
+    let mesh = mesh.mesh.welded();
     let own = argil::mesh::MeshReport::of(&mesh);
     assert!(own.is_watertight(), "{own:?}");
     // The finest edges are much shorter than the longest.

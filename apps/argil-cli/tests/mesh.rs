@@ -7,7 +7,9 @@ use argil::mesh::{MeshFormat, MeshReport};
 use std::path::Path;
 
 fn read(path: &str) -> argil::mesh::Mesh {
-    argil::mesh::read(Path::new(path)).expect("a mesh file")
+    argil::mesh::read(Path::new(path))
+        .expect("a mesh file")
+        .mesh
 }
 
 #[test]

@@ -10,9 +10,11 @@ use argil::MeshOutput;
 use argil::glam::Vec3;
 use argil::mesh::{Mesh as Triangles, MeshFormat, MeshReport, MeshSdf, MeshWriteOptions, UpAxis};
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::ffi::CString;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 /// Triangles with shared vertices. The axis z points up.
@@ -66,6 +68,16 @@ impl Mesh {
     }
 }
 
+/// Raises a warning of Python for each sentence about a file.
+fn warn(py: Python<'_>, path: &Path, warnings: &[String]) -> PyResult<()> {
+    let kind = py.get_type::<PyUserWarning>();
+    for warning in warnings {
+        let text = CString::new(format!("{}: {warning}", path.display()).replace('\0', ""))?;
+        PyErr::warn(py, &kind, &text, 2)?;
+    }
+    Ok(())
+}
+
 fn rows<'py>(py: Python<'py>, all: &[f32], width: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
     let flat = numpy::PyArray1::from_slice(py, all);
     flat.reshape([all.len() / width, width])
@@ -76,8 +88,9 @@ impl Mesh {
     /// Reads triangles from a file. Files with y up by definition are turned.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let mut triangles =
-            run_short(py, || argil::mesh::read(&path))?.map_err(ToPython::to_python)?;
+        let file = run_short(py, || argil::mesh::read(&path))?.map_err(ToPython::to_python)?;
+        warn(py, &path, &file.warnings)?;
+        let mut triangles = file.mesh;
         if MeshFormat::from_path(&path) == Some(MeshFormat::Glb) {
             for v in triangles.positions.iter_mut().chain(&mut triangles.normals) {
                 *v = python_from_scene((*v).into()).into();

@@ -4,7 +4,7 @@ fn main() {
     let path = args.next().expect("a file");
     let resolution = args.next().and_then(|n| n.parse().ok()).unwrap_or(128);
     let start = std::time::Instant::now();
-    let mesh = argil_mesh::read(path.as_ref()).expect("a mesh");
+    let mesh = argil_mesh::read(path.as_ref()).expect("a mesh").mesh;
     let read = start.elapsed();
     let solid = argil_mesh::MeshSdf::new(&mesh).expect("a solid");
     let built = start.elapsed();

@@ -46,7 +46,7 @@ pub use mesh::Mesh;
 pub use mesh_normals::MeshNormals;
 pub use mesh_report::MeshReport;
 pub use mesh_sdf::MeshSdf;
-pub use read::{MeshReadError, bytes, from_bytes, read};
+pub use read::{MeshFile, MeshReadError, bytes, from_bytes, read};
 pub use repair::{RepairReport, repair};
 pub use simplify::simplify;
 pub use thicken::thicken;

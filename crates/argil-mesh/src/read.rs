@@ -1,13 +1,15 @@
 //! Reads mesh files.
 
 mod error;
+mod file;
 #[cfg(feature = "files")]
 mod formats;
 #[cfg(feature = "files")]
 mod three_mf;
 
-use crate::{Mesh, MeshFormat};
+use crate::MeshFormat;
 use error::{MAX_TRIANGLES, ReadFault};
+pub use file::MeshFile;
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of a mesh file.
@@ -89,11 +91,11 @@ pub enum MeshReadError {
     NoTriangles,
 }
 
-/// Reads a mesh file's triangles: all its objects, with polygons cut into fans, and without normals and materials.
+/// Reads a mesh file's triangles: all its objects, without normals and materials.
 ///
 /// # Errors
 /// If the file cannot be read, or does not hold what its extension says.
-pub fn read(path: &Path) -> Result<Mesh, MeshReadError> {
+pub fn read(path: &Path) -> Result<MeshFile, MeshReadError> {
     let format =
         MeshFormat::from_path(path).ok_or_else(|| MeshReadError::UnknownFormat(path.into()))?;
     from_bytes(&bytes(path)?, format, path)
@@ -130,20 +132,29 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshReadError> {
 ///
 /// # Errors
 /// If the bytes are not a mesh of this format.
-pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh, MeshReadError> {
+pub fn from_bytes(
+    bytes: &[u8],
+    format: MeshFormat,
+    path: &Path,
+) -> Result<MeshFile, MeshReadError> {
     let (kind, found) = parsed(bytes, format);
     let damaged = |reason| MeshReadError::Damaged {
         path: path.into(),
         kind,
         reason,
     };
-    let mesh = found.map_err(|fault| match fault {
+    let file = found.map_err(|fault| match fault {
         ReadFault::Damaged(reason) => damaged(reason),
         ReadFault::Unsupported(what) => MeshReadError::Unsupported {
             path: path.into(),
             what,
         },
+        ReadFault::TooLarge(what) => MeshReadError::TooLarge {
+            path: path.into(),
+            what,
+        },
     })?;
+    let mesh = &file.mesh;
     if mesh.triangles.len() > MAX_TRIANGLES {
         let what = format!(
             "{} triangles, and {MAX_TRIANGLES} can be read",
@@ -158,22 +169,28 @@ pub fn from_bytes(bytes: &[u8], format: MeshFormat, path: &Path) -> Result<Mesh,
     if mesh.triangles.iter().flatten().any(|&i| i >= count) {
         return Err(damaged("a triangle refers to a missing vertex".into()));
     }
-    Ok(mesh)
+    if mesh.triangles.is_empty() && !file.warnings.is_empty() {
+        return Err(MeshReadError::Unsupported {
+            path: path.into(),
+            what: format!("no triangle is left: {}", file.warnings.join("; ")),
+        });
+    }
+    Ok(file)
 }
 
 #[cfg(feature = "files")]
-fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<Mesh, ReadFault>) {
+fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<MeshFile, ReadFault>) {
     match format {
-        MeshFormat::Obj => ("OBJ", formats::obj(bytes)),
-        MeshFormat::Glb => ("GLB", formats::glb(bytes)),
-        MeshFormat::Ply => ("PLY", formats::ply(bytes)),
-        MeshFormat::Stl => ("STL", formats::stl(bytes)),
-        MeshFormat::ThreeMf => ("3MF", three_mf::read(bytes)),
+        MeshFormat::Obj => ("OBJ", formats::obj(bytes).map(Into::into)),
+        MeshFormat::Glb => ("GLB", formats::glb(bytes).map(Into::into)),
+        MeshFormat::Ply => ("PLY", formats::ply(bytes).map(Into::into)),
+        MeshFormat::Stl => ("STL", formats::stl(bytes).map(Into::into)),
+        MeshFormat::ThreeMf => ("3MF", three_mf::read(bytes).map(Into::into)),
     }
 }
 
 #[cfg(not(feature = "files"))]
-fn parsed(_: &[u8], _: MeshFormat) -> (&'static str, Result<Mesh, ReadFault>) {
+fn parsed(_: &[u8], _: MeshFormat) -> (&'static str, Result<MeshFile, ReadFault>) {
     let reason = "this program was compiled without mesh files (the feature `mesh-files`)";
     ("mesh", Err(ReadFault::Unsupported(reason.into())))
 }

@@ -216,6 +216,7 @@ fn files_come_back_as_they_were_written() {
         write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
         let back = from_bytes(&bytes, format, Path::new("mesh"))
             .expect("a mesh")
+            .mesh
             .welded();
         let report = MeshReport::of(&back);
         assert!(report.is_watertight(), "{format:?} {report:?}");
@@ -238,7 +239,7 @@ fn files_come_back_as_they_were_written() {
             let mut damaged = bytes.clone();
             damaged[at] ^= 0x55;
             let _ = from_bytes(&damaged, format, Path::new("mesh"))
-                .map(|mesh| MeshSdf::new(&mesh).map(|s| s.triangles()));
+                .map(|file| MeshSdf::new(&file.mesh).map(|s| s.triangles()));
         }
     }
 }
@@ -257,6 +258,7 @@ fn axes_and_units() {
         let mut bytes = Vec::new();
         write(&mesh, MeshFormat::Ply, &options, &mut bytes).expect("a file");
         let back = from_bytes(&bytes, MeshFormat::Ply, Path::new("mesh")).expect("a mesh");
+        let back = back.mesh;
         let volume = MeshReport::of(&back).volume;
         // The cross product of two sides points out.
         assert!(
@@ -271,7 +273,7 @@ fn axes_and_units() {
 #[test]
 fn files_that_are_not_meshes_are_refused() {
     let nothing = from_bytes(b"", MeshFormat::Obj, Path::new("empty.obj"))
-        .map(|mesh| MeshSdf::new(&mesh).map(|_| ()));
+        .map(|file| MeshSdf::new(&file.mesh).map(|_| ()));
     assert!(matches!(
         nothing,
         Ok(Err(MeshReadError::NoTriangles)) | Err(_)
@@ -279,7 +281,7 @@ fn files_that_are_not_meshes_are_refused() {
     let flat = b"v 0 0 0\nv 1 0 0\nv 2 0 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\n";
     let flat = from_bytes(flat, MeshFormat::Obj, Path::new("flat.obj")).expect("a mesh");
     assert!(matches!(
-        MeshSdf::new(&flat),
+        MeshSdf::new(&flat.mesh),
         Err(MeshReadError::NoTriangles)
     ));
     for format in [
@@ -288,8 +290,8 @@ fn files_that_are_not_meshes_are_refused() {
         MeshFormat::Stl,
         MeshFormat::ThreeMf,
     ] {
-        let error =
-            from_bytes(b"solid nonsense", format, Path::new("x")).map(|m| m.triangles.len());
+        let error = from_bytes(b"solid nonsense", format, Path::new("x"))
+            .map(|file| file.mesh.triangles.len());
         assert!(!matches!(error, Ok(1..)), "{format:?} {error:?}");
     }
     let beyond = from_bytes(
@@ -380,7 +382,7 @@ fn glb_with(change: impl Fn(&mut serde_json::Value)) -> Result<Mesh, MeshReadErr
         ..file
     };
     let bytes = changed.to_vec().expect("a GLB");
-    from_bytes(&bytes, MeshFormat::Glb, Path::new("changed.glb"))
+    from_bytes(&bytes, MeshFormat::Glb, Path::new("changed.glb")).map(|file| file.mesh)
 }
 
 #[test]
@@ -570,7 +572,7 @@ fn strips_are_read_and_compressed_files_are_named() {
         0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n8 0 1 2 3 -1 0 2 4\n";
     let mesh =
         from_bytes(strips.as_bytes(), MeshFormat::Ply, Path::new("strips.ply")).expect("a mesh");
-    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 2, 4]]);
+    assert_eq!(mesh.mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 2, 4]]);
     let bad = from_bytes(
         b"v 0 0 0\nv 1 x 0\nf 1 2 3\n",
         MeshFormat::Obj,

@@ -17,8 +17,9 @@ fn tetrahedron() -> Mesh {
 }
 
 fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let mesh = from_bytes(bytes, MeshFormat::ThreeMf, Path::new("a.3mf"));
-    mesh.map_err(|error| error.to_string())
+    let file = from_bytes(bytes, MeshFormat::ThreeMf, Path::new("a.3mf"));
+    file.map(|file| file.mesh)
+        .map_err(|error| error.to_string())
 }
 
 /// Returns a file with a model of this text.

@@ -68,7 +68,9 @@ fn meshes_of_3d_tiles_lie_on_the_surface() {
     let mut triangles = 0;
     for path in meshes {
         let bytes = std::fs::read(&path).expect("a mesh");
-        let mesh = from_bytes(&bytes, MeshFormat::Glb, &path).expect("a mesh");
+        let mesh = from_bytes(&bytes, MeshFormat::Glb, &path)
+            .expect("a mesh")
+            .mesh;
         triangles += mesh.triangles.len() as u64;
         let place = path.strip_prefix(out.join("content")).expect("a place");
         let level: u32 = place

@@ -26,14 +26,18 @@ pub struct LoadedMesh {
     pub triangles: u64,
     /// What was repaired.
     pub repairs: RepairReport,
+    /// What the reader left out of the file, or was uncertain about.
+    pub file_warnings: Vec<String>,
     /// Whether the samples came from the cache.
     pub from_cache: bool,
 }
 
 impl LoadedMesh {
-    /// Describes what a user should know: which parts were dropped or filled, and whether a heightmap has a cliff.
+    /// Describes what a user should know: what was left out of the file, which parts were dropped or filled, and whether
+    /// a heightmap has a cliff.
     pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.repairs.warnings();
+        let mut warnings = self.file_warnings.clone();
+        warnings.extend(self.repairs.warnings());
         let share = self.grid.steepest_share();
         if share > STEEP {
             warnings.push(format!(
@@ -91,7 +95,7 @@ pub fn load_meshes_with_control(
     })?;
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
-    let mut solids: HashMap<PathBuf, MeshSdf> = HashMap::new();
+    let mut solids: HashMap<PathBuf, Solid> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
         let place = place_of(&path, folder, allow_external)?;
         let mesh = load(&path, &place, resolution, &mut solids, control)?;
@@ -176,11 +180,13 @@ pub fn load_meshes_from_bytes(
         let format = MeshFormat::from_path(place)
             .ok_or_else(|| MeshReadError::UnknownFormat(place.into()))?;
         let solid = solid_of(bytes, format, place)?;
+        let grid = sampled(&solid.sdf, resolution, place, &Control::default())?;
         let mesh = LoadedMesh {
-            grid: Arc::new(sampled(&solid, resolution, place, &Control::default())?),
+            grid: Arc::new(grid),
             resolution,
-            triangles: solid.triangles() as u64,
-            repairs: *solid.repairs(),
+            triangles: solid.sdf.triangles() as u64,
+            repairs: *solid.sdf.repairs(),
+            file_warnings: solid.file_warnings,
             from_cache: false,
             path,
         };
@@ -203,12 +209,20 @@ pub(crate) fn meshes_to_store(scene: &Scene) -> Vec<StoredMesh<'_>> {
         .collect()
 }
 
-fn solid_of(bytes: &[u8], format: MeshFormat, place: &Path) -> Result<MeshSdf, MeshFileError> {
-    let mesh = from_bytes(bytes, format, place)?;
-    MeshSdf::new(&mesh).map_err(|source| MeshFileError::Empty {
+/// The solid of a mesh file.
+struct Solid {
+    sdf: MeshSdf,
+    file_warnings: Vec<String>,
+}
+
+fn solid_of(bytes: &[u8], format: MeshFormat, place: &Path) -> Result<Solid, MeshFileError> {
+    let file = from_bytes(bytes, format, place)?;
+    let sdf = MeshSdf::new(&file.mesh).map_err(|source| MeshFileError::Empty {
         path: place.into(),
         source,
-    })
+    })?;
+    let file_warnings = file.warnings;
+    Ok(Solid { sdf, file_warnings })
 }
 
 fn sampled(
@@ -271,6 +285,7 @@ fn of_grid(path: &str, resolution: u32, grid: SampledGrid) -> LoadedMesh {
         grid: Arc::new(grid),
         triangles: 0,
         repairs: RepairReport::default(),
+        file_warnings: Vec::new(),
         from_cache: false,
     }
 }
@@ -279,7 +294,7 @@ fn load(
     path: &str,
     place: &Path,
     resolution: u32,
-    solids: &mut HashMap<PathBuf, MeshSdf>,
+    solids: &mut HashMap<PathBuf, Solid>,
     control: &Control,
 ) -> Result<LoadedMesh, MeshFileError> {
     #[cfg(feature = "volume-files")]
@@ -300,30 +315,46 @@ fn load(
     let bytes = argil_mesh::bytes(place)?;
     #[cfg(feature = "mesh-files")]
     let kept = mesh_cache::place(&bytes, format, resolution);
-    let done = |grid, (triangles, repairs), was_kept| LoadedMesh {
+    let done = |grid, facts: MeshFacts, was_kept| LoadedMesh {
         path: path.to_owned(),
         resolution,
         grid: Arc::new(grid),
-        triangles,
-        repairs,
+        triangles: facts.triangles,
+        repairs: facts.repairs,
+        file_warnings: facts.file_warnings,
         from_cache: was_kept,
     };
     #[cfg(feature = "mesh-files")]
-    if let Some((grid, counts)) = kept.as_deref().and_then(mesh_cache::read) {
-        return Ok(done(grid, counts, true));
+    if let Some((grid, facts)) = kept.as_deref().and_then(mesh_cache::read) {
+        return Ok(done(grid, facts, true));
     }
     if !solids.contains_key(place) {
         solids.insert(place.into(), solid_of(&bytes, format, place)?);
     }
     let solid = &solids[place];
-    let grid = sampled(solid, resolution, place, control)?;
-    let counts = (solid.triangles() as u64, *solid.repairs());
+    let grid = sampled(&solid.sdf, resolution, place, control)?;
+    let facts = MeshFacts {
+        triangles: solid.sdf.triangles() as u64,
+        repairs: *solid.sdf.repairs(),
+        file_warnings: solid.file_warnings.clone(),
+    };
     #[cfg(feature = "mesh-files")]
     if let Some(kept) = kept {
         // A cache that cannot be written costs time, and nothing else.
-        let _ = mesh_cache::write(&kept, &grid, counts);
+        let _ = mesh_cache::write(&kept, &grid, &facts);
     }
-    Ok(done(grid, counts, false))
+    Ok(done(grid, facts, false))
+}
+
+/// What is known of a mesh file besides its distances.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct MeshFacts {
+    /// Triangles, including those that close holes.
+    pub triangles: u64,
+    /// What was repaired.
+    pub repairs: RepairReport,
+    /// What the reader left out of the file.
+    pub file_warnings: Vec<String>,
 }
 
 #[cfg(test)]

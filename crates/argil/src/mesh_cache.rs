@@ -1,19 +1,20 @@
 //! Caches the samples of meshes in files.
 
 use crate::cache_folder;
+use crate::mesh_assets::MeshFacts;
 use argil_math::Aabb;
 use argil_mesh::{MeshFormat, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};
 use std::path::{Path, PathBuf};
 
-/// First bytes of a cache file. The number changes with the way of sampling.
-const MAGIC: [u8; 8] = *b"argilm04";
+/// First bytes of a cache file. The number changes with the way of reading and of sampling.
+const MAGIC: [u8; 8] = *b"argilm05";
 
 /// Words before the samples in a cache file: the box.
 const HEAD: usize = 6;
 
 /// Extension of cache files.
-const MAGIC_TEXT: &str = "grid04";
+const MAGIC_TEXT: &str = "grid05";
 
 /// Returns the path of a mesh's cache file, named by the hash of the mesh file's bytes.
 pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
@@ -22,12 +23,8 @@ pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option
     Some(cache_folder()?.join("meshes").join(name))
 }
 
-/// Writes samples, with the number of triangles and the repairs.
-pub(crate) fn write(
-    path: &Path,
-    grid: &SampledGrid,
-    (triangles, repairs): (u64, RepairReport),
-) -> std::io::Result<()> {
+/// Writes samples, with what is known of their mesh file.
+pub(crate) fn write(path: &Path, grid: &SampledGrid, facts: &MeshFacts) -> std::io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
@@ -37,7 +34,14 @@ pub(crate) fn write(
     words.extend(solid.max.to_array());
     words.extend_from_slice(grid.words());
     let bytes: &[u8] = bytemuck::cast_slice(&words);
-    let head = [&triangles.to_le_bytes(), bytemuck::bytes_of(&repairs)].concat();
+    let warnings = facts.file_warnings.join("\n");
+    let head = [
+        &facts.triangles.to_le_bytes(),
+        bytemuck::bytes_of(&facts.repairs),
+        &(warnings.len() as u64).to_le_bytes(),
+        warnings.as_bytes(),
+    ]
+    .concat();
     argil_scene::write_atomically(path, |out| {
         use std::io::Write;
         out.write_all(&MAGIC)?;
@@ -53,14 +57,19 @@ fn hash_of(head: &[u8], bytes: &[u8]) -> blake3::Hash {
 }
 
 /// Reads a cache file. Returns `None` if it is missing or damaged.
-pub(crate) fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
+pub(crate) fn read(path: &Path) -> Option<(SampledGrid, MeshFacts)> {
     let all = std::fs::read(path).ok()?;
     let (magic, rest) = all.split_at_checked(MAGIC.len())?;
     let (hash, rest) = rest.split_at_checked(32)?;
-    let (head, bytes) = rest.split_at_checked(8 + size_of::<RepairReport>())?;
-    if magic != MAGIC || hash_of(head, bytes).as_bytes() != hash {
+    if magic != MAGIC || blake3::hash(rest).as_bytes() != hash {
         return None;
     }
+    let (triangles, rest) = rest.split_first_chunk()?;
+    let (repairs, rest) = rest.split_at_checked(size_of::<RepairReport>())?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (warnings, bytes) = rest.split_at_checked(length)?;
+    let warnings = std::str::from_utf8(warnings).ok()?;
     let words: Vec<f32> = bytes
         .as_chunks::<4>()
         .0
@@ -72,15 +81,13 @@ pub(crate) fn read(path: &Path) -> Option<(SampledGrid, (u64, RepairReport))> {
     }
     let corner = |at: usize| glam::Vec3::from_slice(&words[at..]);
     let solid = Aabb::new(corner(0), corner(3));
-    let (triangles, repairs) = head.split_first_chunk()?;
-    let counts = (
-        u64::from_le_bytes(*triangles),
-        bytemuck::pod_read_unaligned(repairs),
-    );
-    Some((
-        SampledGrid::from_words(words[HEAD..].to_vec(), solid)?,
-        counts,
-    ))
+    let facts = MeshFacts {
+        triangles: u64::from_le_bytes(*triangles),
+        repairs: bytemuck::pod_read_unaligned(repairs),
+        file_warnings: warnings.lines().map(str::to_owned).collect(),
+    };
+    let grid = SampledGrid::from_words(words[HEAD..].to_vec(), solid)?;
+    Some((grid, facts))
 }
 
 #[cfg(test)]
@@ -104,8 +111,13 @@ mod tests {
             parts: 1,
             ..RepairReport::default()
         };
-        write(&path, &grid, (77, repairs)).expect("a file");
-        assert_eq!(read(&path), Some((grid, (77, repairs))));
+        let facts = MeshFacts {
+            triangles: 77,
+            repairs,
+            file_warnings: vec!["left out 2 lines".into(), "and a point".into()],
+        };
+        write(&path, &grid, &facts).expect("a file");
+        assert_eq!(read(&path), Some((grid, facts)));
         let whole = std::fs::read(&path).expect("a file");
         for at in (0..whole.len()).step_by(whole.len() / 50) {
             let mut damaged = whole.clone();

@@ -8,6 +8,8 @@ pub(super) const MAX_TRIANGLES: usize = 50_000_000;
 pub(super) enum ReadFault {
     Damaged(String),
     Unsupported(String),
+    /// What there is too much of, with the number and the maximum.
+    TooLarge(String),
 }
 
 impl From<String> for ReadFault {
