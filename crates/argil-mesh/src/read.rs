@@ -3,7 +3,19 @@
 mod error;
 mod file;
 #[cfg(feature = "files")]
-mod formats;
+mod glb;
+#[cfg(feature = "files")]
+mod obj;
+#[cfg(feature = "files")]
+mod ply;
+#[cfg(feature = "files")]
+mod polygon;
+#[cfg(feature = "files")]
+mod stl;
+#[cfg(feature = "files")]
+mod strips;
+#[cfg(feature = "files")]
+mod text;
 #[cfg(feature = "files")]
 mod three_mf;
 
@@ -181,10 +193,10 @@ pub fn from_bytes(
 #[cfg(feature = "files")]
 fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<MeshFile, ReadFault>) {
     match format {
-        MeshFormat::Obj => ("OBJ", formats::obj(bytes).map(Into::into)),
-        MeshFormat::Glb => ("GLB", formats::glb(bytes).map(Into::into)),
-        MeshFormat::Ply => ("PLY", formats::ply(bytes).map(Into::into)),
-        MeshFormat::Stl => ("STL", formats::stl(bytes).map(Into::into)),
+        MeshFormat::Obj => ("OBJ", obj::read(bytes)),
+        MeshFormat::Glb => ("GLB", glb::read(bytes).map(Into::into)),
+        MeshFormat::Ply => ("PLY", ply::read(bytes)),
+        MeshFormat::Stl => ("STL", stl::read(bytes)),
         MeshFormat::ThreeMf => ("3MF", three_mf::read(bytes).map(Into::into)),
     }
 }

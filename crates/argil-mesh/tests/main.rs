@@ -2,4 +2,5 @@
 
 mod marching;
 mod mesh_sdf;
+mod text_files;
 mod three_mf;

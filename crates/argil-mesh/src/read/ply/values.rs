@@ -1,0 +1,146 @@
+//! The numbers after the header of a PLY file.
+
+use super::super::error::ReadFault;
+use super::super::text;
+use super::header::{Encoding, Header, Number};
+
+/// Reads numbers one after the other.
+pub(super) enum Values<'a> {
+    Text(Lines<'a>),
+    Binary { rest: &'a [u8], is_big: bool },
+}
+
+/// Lines of numbers. An element has one line, or several.
+pub(super) struct Lines<'a> {
+    lines: Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>,
+    number: usize,
+    line: &'a [u8],
+    words: &'a [u8],
+}
+
+fn truncated() -> ReadFault {
+    "unexpected end of file: it is truncated".into()
+}
+
+impl<'a> Lines<'a> {
+    /// Moves to the next line that is not blank.
+    fn advance(&mut self) -> Result<(), ReadFault> {
+        let next = self.lines.find(|(_, line)| !line.trim_ascii().is_empty());
+        (self.number, self.line) = next.ok_or_else(truncated)?;
+        self.words = self.line;
+        Ok(())
+    }
+
+    fn word(&mut self) -> Result<&'a [u8], ReadFault> {
+        if self.words.trim_ascii().is_empty() {
+            self.advance()?;
+        }
+        let words = self.words.trim_ascii_start();
+        let end = words.iter().position(u8::is_ascii_whitespace);
+        let (word, rest) = words.split_at(end.unwrap_or(words.len()));
+        self.words = rest;
+        Ok(word)
+    }
+
+    fn bad(&self) -> ReadFault {
+        text::bad_line(self.number, self.line)
+    }
+}
+
+impl<'a> Values<'a> {
+    pub(super) fn new(body: &'a [u8], header: &Header) -> Self {
+        let before = header.lines;
+        match header.encoding {
+            Encoding::Text => Self::Text(Lines {
+                lines: Box::new(text::lines(body).map(move |(n, line)| (n + before, line))),
+                number: before,
+                line: &[],
+                words: &[],
+            }),
+            Encoding::LittleEndian => Self::Binary {
+                rest: body,
+                is_big: false,
+            },
+            Encoding::BigEndian => Self::Binary {
+                rest: body,
+                is_big: true,
+            },
+        }
+    }
+
+    /// Begins an element.
+    pub(super) fn begin(&mut self) -> Result<(), ReadFault> {
+        match self {
+            Self::Text(lines) => lines.advance(),
+            Self::Binary { .. } => Ok(()),
+        }
+    }
+
+    /// Ends an element: its line must have no more numbers.
+    pub(super) fn end(&mut self) -> Result<(), ReadFault> {
+        match self {
+            Self::Text(lines) if !lines.words.trim_ascii().is_empty() => Err(lines.bad()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads a number.
+    pub(super) fn next(&mut self, kind: Number) -> Result<f64, ReadFault> {
+        match self {
+            Self::Text(lines) => {
+                let word = lines.word()?;
+                text::number(word).ok_or_else(|| lines.bad())
+            }
+            Self::Binary { rest, is_big } => {
+                let (bytes, after) = rest.split_at_checked(kind.size()).ok_or_else(truncated)?;
+                *rest = after;
+                Ok(decode(bytes, kind, *is_big))
+            }
+        }
+    }
+
+    /// Reads the length of a list.
+    pub(super) fn count(&mut self, kind: Number) -> Result<u32, ReadFault> {
+        let count = self.next(kind)?;
+        let is_count = (0.0..f64::from(u32::MAX)).contains(&count) && count.fract() == 0.0;
+        match self {
+            _ if is_count => Ok(count as u32),
+            Self::Text(lines) => Err(lines.bad()),
+            Self::Binary { .. } => Err(format!("a list has {count} numbers").into()),
+        }
+    }
+
+    /// Skips numbers.
+    pub(super) fn skip(&mut self, kind: Number, count: u32) -> Result<(), ReadFault> {
+        match self {
+            Self::Text(lines) => (0..count).try_for_each(|_| lines.word().map(|_| ())),
+            Self::Binary { rest, .. } => {
+                let size = (count as usize).checked_mul(kind.size());
+                let after = size.and_then(|size| rest.get(size..));
+                *rest = after.ok_or_else(truncated)?;
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Decodes a number of `kind.size()` bytes.
+fn decode(bytes: &[u8], kind: Number, is_big: bool) -> f64 {
+    let mut little = [0; 8];
+    let own = &mut little[..bytes.len()];
+    own.copy_from_slice(bytes);
+    if is_big {
+        own.reverse();
+    }
+    let [a, b, c, d, ..] = little;
+    match kind {
+        Number::I8 => f64::from(a as i8),
+        Number::U8 => f64::from(a),
+        Number::I16 => f64::from(i16::from_le_bytes([a, b])),
+        Number::U16 => f64::from(u16::from_le_bytes([a, b])),
+        Number::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+        Number::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+        Number::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+        Number::F64 => f64::from_le_bytes(little),
+    }
+}
