@@ -247,7 +247,7 @@ fn ascii_stls_of_other_programs_are_read() {
 /// The length decides, not the header.
 #[test]
 fn binary_stls_may_begin_with_solid() {
-    let ten = vec![tetrahedron(0.0), tetrahedron(2.0), tetrahedron(4.0)].concat();
+    let ten = [tetrahedron(0.0), tetrahedron(2.0), tetrahedron(4.0)].concat();
     let expected = plain(&binary_stl(b"", 10, &ten[..10]), MeshFormat::Stl);
     for header in [&b"solid part"[..], b"solid\nfacet normal", b"solid \xe9\r"] {
         assert_eq!(
