@@ -233,7 +233,7 @@ pub(crate) struct BakeArgs {
 pub(crate) struct MeshArgs {
     /// A scene file, or a volume file from `argil bake`
     pub scene: PathBuf,
-    /// Output file: .glb, .obj, .ply, .stl or .3mf; without it, the triangles are only counted and timed
+    /// Output file: .glb, .gltf, .obj, .ply, .stl or .3mf; without it, the triangles are only counted and timed
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// What to mesh: field, dense, bricks or levels [default: the field of a scene, or the contents of a volume file]
@@ -350,7 +350,7 @@ pub(crate) struct DeviceArgs {
 
 #[derive(Args)]
 pub(crate) struct Import {
-    /// A mesh (.obj, .glb, .ply, .stl, .3mf), a volume (.vdb, .nvdb, .npy, .nrrd, .raw), a heightmap (.png), or a tree file
+    /// A mesh (.glb, .gltf, .obj, .ply, .stl, .3mf), a volume (.vdb, .nvdb, .npy, .nrrd, .raw), a heightmap (.png), or a tree file
     pub file: PathBuf,
     /// Output scene
     #[arg(short, long, value_name = "SCENE")]

@@ -184,9 +184,9 @@ fn volume(options: &Import) -> anyhow::Result<()> {
 }
 
 /// File extensions of mesh formats that Argil does not read.
-const OTHER_MESHES: [&str; 15] = [
-    "3ds", "abc", "blend", "dae", "dxf", "fbx", "gltf", "iges", "igs", "off", "step", "stp", "usd",
-    "usdz", "x3d",
+const OTHER_MESHES: [&str; 14] = [
+    "3ds", "abc", "blend", "dae", "dxf", "fbx", "iges", "igs", "off", "step", "stp", "usd", "usdz",
+    "x3d",
 ];
 
 /// Rejects a mesh in an unsupported format before it is parsed as a tree.
@@ -195,8 +195,9 @@ fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
     let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
     ensure!(
         !is_mesh,
-        "{}: unknown format; export it as .obj, .glb, .ply, .stl or .3mf (mesh) or .png (heightmap), for example from Blender",
-        path.display()
+        "{}: unknown format; export it as {} (mesh) or .png (heightmap), for example from Blender",
+        path.display(),
+        MeshFormat::extensions("or")
     );
     Ok(())
 }

@@ -15,8 +15,9 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
             let format = MeshFormat::from_path(path);
             let format = format.with_context(|| {
                 format!(
-                    "{}: unknown mesh format; name it .glb, .obj, .ply, .stl or .3mf",
-                    path.display()
+                    "{}: unknown mesh format; name it {}",
+                    path.display(),
+                    MeshFormat::extensions("or")
                 )
             })?;
             output::check_place(path, &options.scene)?;
@@ -168,7 +169,7 @@ fn write_options(
         Some(MeshUnit::Mm) => 1000.0,
         Some(MeshUnit::In) => 1.0 / 0.0254,
     };
-    if format == Some(MeshFormat::Glb) {
+    if format.is_some_and(MeshFormat::is_gltf) {
         ensure!(
             axes == UpAxis::YUp && scale == 1.0,
             "--axes, --unit: glTF is always right-handed, y up and in meters, and importers convert it; omit them, or write .obj, .ply or .stl"

@@ -13,9 +13,22 @@ fn read(path: &str) -> argil::mesh::Mesh {
 }
 
 #[test]
+fn help_lists_all_formats() {
+    for command in ["mesh", "import"] {
+        let help = String::from_utf8_lossy(&argil(&[command, "--help"]).stdout).into_owned();
+        for format in MeshFormat::all() {
+            assert!(
+                help.contains(&format!(".{}", format.extension())),
+                "{format:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn every_format_comes_back_closed() {
     let folder = tempfile::tempdir().expect("a folder");
-    for ending in ["glb", "obj", "ply", "stl"] {
+    for ending in ["glb", "gltf", "obj", "ply", "stl"] {
         let file = folder
             .path()
             .join(format!("out.{ending}"))
@@ -367,7 +380,7 @@ fn impossible_requests_are_refused() {
     fails(
         &["mesh", &own, "-o", &place("x.fbx")],
         1,
-        ".glb, .obj, .ply, .stl or .3mf",
+        &MeshFormat::extensions("or"),
     );
     fails(
         &["mesh", &own, "-o", &place("x.glb"), "--axes", "z-up"],

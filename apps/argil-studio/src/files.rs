@@ -32,10 +32,10 @@ impl FileRequest {
             Self::Import => (
                 "Mesh, volume or heightmap",
                 &[
-                    "obj", "glb", "ply", "stl", "3mf", "vdb", "nvdb", "npy", "nrrd", "png",
+                    "glb", "gltf", "obj", "ply", "stl", "3mf", "vdb", "nvdb", "npy", "nrrd", "png",
                 ],
             ),
-            Self::Mesh => ("Mesh", &["glb", "obj", "ply", "stl", "3mf"]),
+            Self::Mesh => ("Mesh", &["glb", "gltf", "obj", "ply", "stl", "3mf"]),
             Self::Picture => ("PNG image", &["png"]),
             Self::Turntable if IS_PAGE => ("Archive", &["zip"]),
             Self::Turntable => ("Folder", &[]),
@@ -117,4 +117,19 @@ fn may_replace(path: PathBuf) -> Option<PathBuf> {
         .set_buttons(rfd::MessageButtons::YesNo)
         .show();
     (answer == rfd::MessageDialogResult::Yes).then_some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use argil::mesh::MeshFormat;
+
+    #[test]
+    fn dialogs_list_all_formats_of_meshes() {
+        for format in MeshFormat::all() {
+            for request in [FileRequest::Import, FileRequest::Mesh] {
+                assert!(request.kind().1.contains(&format.extension()), "{format:?}");
+            }
+        }
+    }
 }

@@ -276,8 +276,9 @@ async fn export(
                 return Ok(JobResult::Cancelled);
             }
             let counts = meshed.report.triangles;
-            let format = MeshFormat::from_path(path)
-                .context("the name must end in .glb, .obj, .ply, .stl or .3mf")?;
+            let format = MeshFormat::from_path(path).with_context(|| {
+                format!("the name must end in {}", MeshFormat::extensions("or"))
+            })?;
             progress.put(path, |out| {
                 write_mesh(&meshed.mesh, format, &MeshWriteOptions::default(), out)
             })?;

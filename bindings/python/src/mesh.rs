@@ -91,7 +91,7 @@ impl Mesh {
         let file = run_short(py, || argil::mesh::read(&path))?.map_err(ToPython::to_python)?;
         warn(py, &path, &file.warnings)?;
         let mut triangles = file.mesh;
-        if MeshFormat::from_path(&path) == Some(MeshFormat::Glb) {
+        if MeshFormat::from_path(&path).is_some_and(MeshFormat::is_turned) {
             for v in triangles.positions.iter_mut().chain(&mut triangles.normals) {
                 *v = python_from_scene((*v).into()).into();
             }

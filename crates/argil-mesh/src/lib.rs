@@ -5,6 +5,7 @@ pub mod dual_contouring;
 pub mod levels;
 pub mod marching;
 mod mesh;
+mod mesh_format;
 mod mesh_normals;
 mod mesh_report;
 mod mesh_sdf;
@@ -43,13 +44,14 @@ pub mod wgsl {
 }
 
 pub use mesh::Mesh;
+pub use mesh_format::MeshFormat;
 pub use mesh_normals::MeshNormals;
 pub use mesh_report::MeshReport;
 pub use mesh_sdf::MeshSdf;
-pub use read::{MeshFile, MeshReadError, bytes, from_bytes, read};
+pub use read::{MeshFile, MeshReadError, MeshSource, bytes, from_bytes, path_within, read};
 pub use repair::{RepairReport, repair};
 pub use simplify::simplify;
 pub use thicken::thicken;
-pub use write::{MeshFormat, MeshWriteOptions, UpAxis, write};
+pub use write::{MeshWriteOptions, UpAxis, write};
 #[cfg(feature = "files")]
 pub use write::{ThreeMfMetadata, write_3mf};

@@ -1,15 +1,18 @@
 //! Reads mesh files.
 
+#[cfg(feature = "files")]
+mod budget;
 mod error;
 mod file;
 #[cfg(feature = "files")]
-mod glb;
+mod gltf;
 #[cfg(feature = "files")]
 mod obj;
 #[cfg(feature = "files")]
 mod ply;
 #[cfg(feature = "files")]
 mod polygon;
+mod source;
 #[cfg(feature = "files")]
 mod stl;
 #[cfg(feature = "files")]
@@ -22,6 +25,7 @@ mod three_mf;
 use crate::MeshFormat;
 use error::{MAX_TRIANGLES, ReadFault};
 pub use file::MeshFile;
+pub use source::{MeshSource, path_within};
 use std::path::{Path, PathBuf};
 
 /// Maximum bytes of a mesh file.
@@ -43,7 +47,7 @@ pub enum MeshReadError {
         source: std::io::Error,
     },
     /// The file's extension is unknown.
-    #[error("{}: unknown mesh format; .obj, .glb, .ply and .stl can be read", .0.display())]
+    #[error("{}: unknown mesh format; {} can be read", .0.display(), MeshFormat::extensions("and"))]
     UnknownFormat(PathBuf),
     /// The file does not hold what its extension says.
     #[error("{}: not a valid {kind} file: {reason}", path.display())]
@@ -108,9 +112,7 @@ pub enum MeshReadError {
 /// # Errors
 /// If the file cannot be read, or does not hold what its extension says.
 pub fn read(path: &Path) -> Result<MeshFile, MeshReadError> {
-    let format =
-        MeshFormat::from_path(path).ok_or_else(|| MeshReadError::UnknownFormat(path.into()))?;
-    from_bytes(&bytes(path)?, format, path)
+    MeshSource::open(path)?.read()
 }
 
 /// Reads a mesh file's bytes.
@@ -149,60 +151,43 @@ pub fn from_bytes(
     format: MeshFormat,
     path: &Path,
 ) -> Result<MeshFile, MeshReadError> {
-    let (kind, found) = parsed(bytes, format);
-    let damaged = |reason| MeshReadError::Damaged {
-        path: path.into(),
-        kind,
-        reason,
-    };
-    let file = found.map_err(|fault| match fault {
-        ReadFault::Damaged(reason) => damaged(reason),
-        ReadFault::Unsupported(what) => MeshReadError::Unsupported {
-            path: path.into(),
-            what,
-        },
-        ReadFault::TooLarge(what) => MeshReadError::TooLarge {
-            path: path.into(),
-            what,
-        },
-    })?;
+    MeshSource::new(bytes, format, path).read()
+}
+
+/// Reads the triangles of a file in memory, and checks what no format promises.
+fn parse(source: &MeshSource<'_>) -> Result<MeshFile, MeshReadError> {
+    let file = parsed(source).map_err(|fault| source.error(fault))?;
     let mesh = &file.mesh;
-    if mesh.triangles.len() > MAX_TRIANGLES {
-        let what = format!(
-            "{} triangles, and {MAX_TRIANGLES} can be read",
-            mesh.triangles.len()
-        );
-        return Err(MeshReadError::TooLarge {
-            path: path.into(),
-            what,
-        });
+    let count = mesh.triangles.len();
+    if count > MAX_TRIANGLES {
+        let what = format!("{count} triangles, and {MAX_TRIANGLES} can be read");
+        return Err(source.error(ReadFault::TooLarge(what)));
     }
-    let count = mesh.positions.len() as u32;
-    if mesh.triangles.iter().flatten().any(|&i| i >= count) {
-        return Err(damaged("a triangle refers to a missing vertex".into()));
+    let vertices = mesh.positions.len() as u32;
+    if mesh.triangles.iter().flatten().any(|&i| i >= vertices) {
+        return Err(source.error("a triangle refers to a missing vertex".into()));
     }
-    if mesh.triangles.is_empty() && !file.warnings.is_empty() {
-        return Err(MeshReadError::Unsupported {
-            path: path.into(),
-            what: format!("no triangle is left: {}", file.warnings.join("; ")),
-        });
+    if count == 0 && !file.warnings.is_empty() {
+        let what = format!("no triangle is left: {}", file.warnings.join("; "));
+        return Err(source.error(ReadFault::Unsupported(what)));
     }
     Ok(file)
 }
 
 #[cfg(feature = "files")]
-fn parsed(bytes: &[u8], format: MeshFormat) -> (&'static str, Result<MeshFile, ReadFault>) {
-    match format {
-        MeshFormat::Obj => ("OBJ", obj::read(bytes)),
-        MeshFormat::Glb => ("GLB", glb::read(bytes).map(Into::into)),
-        MeshFormat::Ply => ("PLY", ply::read(bytes)),
-        MeshFormat::Stl => ("STL", stl::read(bytes)),
-        MeshFormat::ThreeMf => ("3MF", three_mf::read(bytes).map(Into::into)),
+fn parsed(source: &MeshSource<'_>) -> Result<MeshFile, ReadFault> {
+    let bytes = &source.bytes;
+    match source.format {
+        MeshFormat::Obj => obj::read(bytes),
+        MeshFormat::Glb | MeshFormat::Gltf => gltf::read(bytes, &source.files),
+        MeshFormat::Ply => ply::read(bytes),
+        MeshFormat::Stl => stl::read(bytes),
+        MeshFormat::ThreeMf => three_mf::read(bytes).map(Into::into),
     }
 }
 
 #[cfg(not(feature = "files"))]
-fn parsed(_: &[u8], _: MeshFormat) -> (&'static str, Result<MeshFile, ReadFault>) {
+fn parsed(_: &MeshSource<'_>) -> Result<MeshFile, ReadFault> {
     let reason = "this program was compiled without mesh files (the feature `mesh-files`)";
-    ("mesh", Err(ReadFault::Unsupported(reason.into())))
+    Err(ReadFault::Unsupported(reason.into()))
 }

@@ -13,43 +13,12 @@ mod stl;
 #[cfg(feature = "files")]
 mod three_mf;
 
-use crate::Mesh;
+use crate::{Mesh, MeshFormat};
 use options::turned;
 pub use options::{MeshWriteOptions, UpAxis};
 use std::io::{self, Write};
 #[cfg(feature = "files")]
 pub use three_mf::{ThreeMfMetadata, write_3mf};
-
-/// A mesh file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum MeshFormat {
-    /// glTF 2.0 in one binary file: normals, metallic–roughness materials, vertex colors.
-    Glb,
-    /// Wavefront text: normals, and vertex colors after the positions, as many programs read them.
-    Obj,
-    /// Stanford triangles, binary little-endian: normals, vertex colors.
-    Ply,
-    /// Stereolithography, binary: triangles only.
-    Stl,
-    /// 3D Manufacturing Format, for slicers: vertex colors and a unit. z is up.
-    ThreeMf,
-}
-
-impl MeshFormat {
-    /// Returns the format that a file name's extension stands for, whatever its case.
-    pub fn from_path(path: &std::path::Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        match ending.as_str() {
-            "glb" => Some(Self::Glb),
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            "stl" => Some(Self::Stl),
-            "3mf" => Some(Self::ThreeMf),
-            _ => None,
-        }
-    }
-}
 
 /// Writes a mesh.
 ///
@@ -67,9 +36,11 @@ pub fn write(
         #[cfg(feature = "files")]
         MeshFormat::Glb => glb::write(&turned, &mut out)?,
         #[cfg(feature = "files")]
+        MeshFormat::Gltf => glb::write_text(&turned, &mut out)?,
+        #[cfg(feature = "files")]
         MeshFormat::ThreeMf => three_mf::write(mesh, options, &mut out)?,
         #[cfg(not(feature = "files"))]
-        MeshFormat::Glb | MeshFormat::ThreeMf => {
+        MeshFormat::Glb | MeshFormat::Gltf | MeshFormat::ThreeMf => {
             return Err(std::io::Error::other(
                 "this program was compiled without mesh files (the feature `mesh-files`)",
             ));

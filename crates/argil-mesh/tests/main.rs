@@ -1,5 +1,6 @@
 //! All tests of this crate, as one program: its parts are linked once.
 
+mod gltf_files;
 mod marching;
 mod mesh_sdf;
 mod text_files;

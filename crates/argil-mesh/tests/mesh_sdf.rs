@@ -207,6 +207,7 @@ fn files_come_back_as_they_were_written() {
     let own = MeshReport::of(&mesh);
     for format in [
         MeshFormat::Glb,
+        MeshFormat::Gltf,
         MeshFormat::Obj,
         MeshFormat::Ply,
         MeshFormat::Stl,

@@ -6,11 +6,11 @@ use crate::image_assets;
 use crate::mesh_cache;
 use crate::mesh_file_error::MeshFileError;
 use argil_math::Control;
-use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, RepairReport, from_bytes};
+use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, MeshSource, RepairReport, path_within};
 use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
 use argil_volume::StoredMesh;
 use std::collections::HashMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A mesh or a heightmap image that a scene names.
@@ -179,7 +179,8 @@ pub fn load_meshes_from_bytes(
         }
         let format = MeshFormat::from_path(place)
             .ok_or_else(|| MeshReadError::UnknownFormat(place.into()))?;
-        let solid = solid_of(bytes, format, place)?;
+        let source = MeshSource::new(&bytes[..], format, place);
+        let solid = solid_of(&source.with_files(|name| given(files, name))?, place)?;
         let grid = sampled(&solid.sdf, resolution, place, &Control::default())?;
         let mesh = LoadedMesh {
             grid: Arc::new(grid),
@@ -194,6 +195,17 @@ pub fn load_meshes_from_bytes(
         loaded.push(mesh);
     }
     Ok(loaded)
+}
+
+/// Returns the bytes of a file that a mesh file names, found by its file name without folder.
+fn given(files: &[(String, Vec<u8>)], path: &str) -> Result<Vec<u8>, MeshReadError> {
+    let name = Path::new(path).file_name().unwrap_or_default();
+    let own = files.iter().find(|(own, _)| name == own.as_str());
+    let (_, bytes) = own.ok_or_else(|| MeshReadError::Io {
+        path: path.into(),
+        source: std::io::Error::other("it is not among the files: add it, too"),
+    })?;
+    Ok(bytes.clone())
 }
 
 /// Returns the meshes of a scene, for a volume file.
@@ -215,8 +227,8 @@ struct Solid {
     file_warnings: Vec<String>,
 }
 
-fn solid_of(bytes: &[u8], format: MeshFormat, place: &Path) -> Result<Solid, MeshFileError> {
-    let file = from_bytes(bytes, format, place)?;
+fn solid_of(source: &MeshSource<'_>, place: &Path) -> Result<Solid, MeshFileError> {
+    let file = source.read()?;
     let sdf = MeshSdf::new(&file.mesh).map_err(|source| MeshFileError::Empty {
         path: place.into(),
         source,
@@ -258,23 +270,13 @@ fn place_of(path: &str, folder: &Path, allow_external: bool) -> Result<PathBuf, 
     } else {
         folder
     };
-    let place = folder.join(path);
     if allow_external {
-        return Ok(place);
+        return Ok(folder.join(path));
     }
-    let refuse = || MeshFileError::ExternalMesh {
+    path_within(folder, Path::new(path)).ok_or_else(|| MeshFileError::ExternalMesh {
         path: path.to_owned(),
         folder: folder.into(),
-    };
-    let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    if !Path::new(path).components().all(plain) {
-        return Err(refuse());
-    }
-    // A link may also lead outside. A missing file is reported when it is read.
-    match (place.canonicalize(), folder.canonicalize()) {
-        (Ok(place), Ok(folder)) if !place.starts_with(&folder) => Err(refuse()),
-        _ => Ok(place),
-    }
+    })
 }
 
 /// Wraps a grid that is not a mesh: it has no triangles.
@@ -310,11 +312,9 @@ fn load(
         let grid = heights(&argil_mesh::bytes(place)?, resolution, place)?;
         return Ok(of_grid(path, resolution, grid));
     }
-    let format =
-        MeshFormat::from_path(place).ok_or_else(|| MeshReadError::UnknownFormat(place.into()))?;
-    let bytes = argil_mesh::bytes(place)?;
+    let source = MeshSource::open(place)?;
     #[cfg(feature = "mesh-files")]
-    let kept = mesh_cache::place(&bytes, format, resolution);
+    let kept = mesh_cache::place(&source, resolution);
     let done = |grid, facts: MeshFacts, was_kept| LoadedMesh {
         path: path.to_owned(),
         resolution,
@@ -329,7 +329,7 @@ fn load(
         return Ok(done(grid, facts, true));
     }
     if !solids.contains_key(place) {
-        solids.insert(place.into(), solid_of(&bytes, format, place)?);
+        solids.insert(place.into(), solid_of(&source, place)?);
     }
     let solid = &solids[place];
     let grid = sampled(&solid.sdf, resolution, place, control)?;

@@ -3,7 +3,7 @@
 use crate::cache_folder;
 use crate::mesh_assets::MeshFacts;
 use argil_math::Aabb;
-use argil_mesh::{MeshFormat, RepairReport};
+use argil_mesh::{MeshSource, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};
 use std::path::{Path, PathBuf};
 
@@ -16,9 +16,15 @@ const HEAD: usize = 6;
 /// Extension of cache files.
 const MAGIC_TEXT: &str = "grid05";
 
-/// Returns the path of a mesh's cache file, named by the hash of the mesh file's bytes.
-pub(crate) fn place(bytes: &[u8], format: MeshFormat, resolution: u32) -> Option<PathBuf> {
-    let hash = blake3::hash(bytes).to_hex();
+/// Returns the path of a mesh's cache file, named by the hash of the bytes of the mesh file and of those that it names.
+pub(crate) fn place(source: &MeshSource<'_>, resolution: u32) -> Option<PathBuf> {
+    let mut hasher = blake3::Hasher::new();
+    for bytes in source.parts() {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    }
+    let hash = hasher.finalize().to_hex();
+    let format = source.format();
     let name = format!("{hash}-{format:?}-{resolution}.{MAGIC_TEXT}");
     Some(cache_folder()?.join("meshes").join(name))
 }
@@ -127,5 +133,19 @@ mod tests {
             std::fs::write(&path, &whole[..at]).expect("a file");
             assert_eq!(read(&path), None, "cut at {at}");
         }
+    }
+
+    /// A file of samples must not outlive a buffer that lies beside its mesh file.
+    #[test]
+    fn names_follow_all_files_of_a_mesh() {
+        use argil_mesh::MeshFormat;
+        let json = br#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin"}]}"#;
+        let name = |buffer: &[u8]| {
+            let source = MeshSource::new(&json[..], MeshFormat::Gltf, Path::new("a.gltf"));
+            let source = source.with_files(|_| Ok(buffer.to_vec())).expect("files");
+            place(&source, 64)
+        };
+        assert_eq!(name(b"abc"), name(b"abc"));
+        assert_ne!(name(b"abc"), name(b"abd"));
     }
 }

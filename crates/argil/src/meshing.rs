@@ -89,8 +89,8 @@ pub struct MeshOutput {
 }
 
 impl MeshOutput {
-    /// Writes the mesh to a file, atomically, in the format of its extension: `.glb`, `.obj`, `.ply` or `.stl`. The
-    /// axis y points up. For a 3D printer, whose axis z points up, see [`MeshOutput::save_with`].
+    /// Writes the mesh to a file, atomically, in the format of its extension: `.glb`, `.gltf`, `.obj`, `.ply`, `.stl` or
+    /// `.3mf`. The axis y points up, except in `.3mf`. For a 3D printer, whose axis z points up, see [`MeshOutput::save_with`].
     ///
     /// # Errors
     /// If the extension is unknown, the file cannot be written, or the format cannot hold the mesh.
@@ -159,7 +159,7 @@ pub enum MeshError {
     )]
     TooMany(u64),
     /// The file name has no extension of a mesh format.
-    #[error("{}: unknown mesh format; name it .glb, .obj, .ply, .stl or .3mf", .0.display())]
+    #[error("{}: unknown mesh format; name it {}", .0.display(), MeshFormat::extensions("or"))]
     UnknownFormat(PathBuf),
     /// The file cannot be written.
     #[error("{}", path.display())]

@@ -12,10 +12,10 @@ from ._sdf3 import SDF3
 def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool = False, progress: Any = None) -> SDF3:
     """Reads a solid from a file.
 
-    Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb; holes are closed, and the solid is sampled at `resolution` places
+    Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb, .gltf; holes are closed, and the solid is sampled at `resolution` places
     along its longest side, from 16 to 512. Volumes: .vdb, .nvdb and .nrrd, at their own voxels, and
     .npy, which holds neither the size of voxels, taken as 1, nor a place. What has y up by definition,
-    .json and .glb, is turned, so that z points up. Scenes may name meshes in their folder, or anywhere if `external` is true.
+    .json, .glb and .gltf, is turned, so that z points up. Scenes may name meshes in their folder, or anywhere if `external` is true.
 
     Raises SceneError or ValueError for what the file holds, and OSError if it cannot be read.
     """
@@ -33,5 +33,5 @@ def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool 
         raise ValueError(f"{name}: unknown extension; known are {', '.join(known)}")
     node = _native.Node.from_file(name, int(resolution), _output.progress_of(progress))
     solid = SDF3(node)
-    # Everything else has the axes of these points.
-    return solid if ending == ".glb" else solid.rotate(-1.5707963267948966, (1, 0, 0))
+    # These files say which axis points up, and are turned already. All others have the axes of these points.
+    return solid if ending in (".glb", ".gltf", ".3mf") else solid.rotate(-1.5707963267948966, (1, 0, 0))

@@ -29,7 +29,7 @@ class Mesh:
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> Mesh:
-        """Reads triangles from an .obj, .glb, .ply, .stl or .3mf file. `sdf` turns them into a solid."""
+        """Reads triangles from a .glb, .gltf, .obj, .ply, .stl or .3mf file. `sdf` turns them into a solid."""
         return cls(_native.Mesh.from_file(os.fspath(path)))
 
     @classmethod
@@ -128,13 +128,13 @@ class Mesh:
         return SDF3(self._native.solid(resolution))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = 1.0) -> None:
-        """Writes the triangles to an .stl, .obj, .ply, .glb or .3mf file, all lengths multiplied by `scale`."""
+        """Writes the triangles to a .glb, .gltf, .obj, .ply, .stl or .3mf file, all lengths multiplied by `scale`."""
         from ._numbers import number
 
         name, factor = os.fspath(path), number("scale", scale)
         if factor <= 0:
             raise ValueError(f"scale: {factor} is not above 0")
-        self._native.save(name, name.lower().endswith(".glb"), factor)
+        self._native.save(name, name.lower().endswith((".glb", ".gltf", ".3mf")), factor)
 
     def to_trimesh(self) -> Any:
         """Returns a `trimesh.Trimesh` with shared corners, normals and colors."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ._mesh import Mesh
     from ._sdf3 import SDF3, Box
 
-MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
+MESHES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf")
 VOLUMES = (".vdb", ".nvdb", ".npy", ".nrrd")
 OWN = (".argil", ".json")
 

@@ -189,8 +189,8 @@ class SDF3(Solid):
     ) -> None:
         """Writes the solid to a file, in the format of its extension.
 
-        Triangles: .stl, .obj, .ply, .glb, .3mf. Volumes for other programs: .vdb, .nvdb, .npy, .nrrd. Argil's own: .argil
-        for sparse bricks, and .json for a scene that the editor opens. All have the axis z up, except .glb, .argil and
+        Triangles: .stl, .obj, .ply, .glb, .gltf, .3mf. Volumes for other programs: .vdb, .nvdb, .npy, .nrrd. Argil's own: .argil
+        for sparse bricks, and .json for a scene that the editor opens. All have the axis z up, except .glb, .gltf, .argil and
         .json, which have y up by definition and are turned. `step`, or `voxel_size`, is the distance between samples.
         Options of `mesh` go on to it. Volumes take `half_width`, in voxels.
 

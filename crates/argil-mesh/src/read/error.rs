@@ -23,3 +23,13 @@ impl From<&str> for ReadFault {
         Self::Damaged(reason.into())
     }
 }
+
+impl ReadFault {
+    /// Adds the place to a reason.
+    pub(super) fn within(self, place: &str) -> Self {
+        match self {
+            Self::Damaged(reason) => Self::Damaged(format!("{place}: {reason}")),
+            other => other,
+        }
+    }
+}

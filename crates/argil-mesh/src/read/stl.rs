@@ -129,6 +129,7 @@ fn ascii(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
     let mut polygons = Polygons::default();
     let mut corners: Vec<u32> = Vec::new();
     let mut is_open = false;
+    let mut is_in_facet = false;
     for (number, line) in text::lines(text::checked(bytes)?) {
         if is_comment(line) {
             continue;
@@ -154,13 +155,17 @@ fn ascii(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
                 }
                 polygons.add(&corners, &mut file.mesh, number)?;
                 corners.clear();
+            } else if word.eq_ignore_ascii_case(b"facet") {
+                is_in_facet = true;
+            } else if word.eq_ignore_ascii_case(b"endfacet") {
+                is_in_facet = false;
             } else if word.eq_ignore_ascii_case(b"endsolid") {
                 is_open = false;
                 break;
             }
         }
     }
-    if !corners.is_empty() {
+    if is_in_facet || !corners.is_empty() {
         return Err("unexpected end of file: it is truncated".into());
     }
     if is_open && !file.mesh.triangles.is_empty() {

@@ -1,16 +1,19 @@
-//! glTF 2.0, binary.
+//! glTF 2.0: binary, or as JSON that holds its buffer.
 //!
 //! *Practice.* Triangles are grouped by the quantized roughness, metalness and emission of their vertices. Colors
 //! are per vertex, so that blends survive.
 
 use crate::Mesh;
 use argil_abi::GpuMaterial;
+use base64::Engine;
 use glam::Vec3;
-use gltf::binary::{Glb, Header};
 use serde_json::{Value, json};
-use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Write};
+
+/// Bytes of a GLB before its chunks, and of a chunk before its data.
+const HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED: u32 = 5125;
@@ -40,6 +43,34 @@ fn finish(material: &GpuMaterial) -> Finish {
 }
 
 pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+    let (root, bytes) = contents(mesh)?;
+    let json = serde_json::to_vec(&root).map_err(io::Error::other)?;
+    let padded = |length: usize| length.next_multiple_of(4);
+    let length = HEADER + 2 * CHUNK_HEADER + padded(json.len()) + padded(bytes.len());
+    let length = u32::try_from(length).map_err(io::Error::other)?;
+    out.write_all(b"glTF")?;
+    out.write_all(&2u32.to_le_bytes())?;
+    out.write_all(&length.to_le_bytes())?;
+    for (kind, chunk, filler) in [(b"JSON", &json, b' '), (b"BIN\0", &bytes, 0)] {
+        let length = padded(chunk.len());
+        out.write_all(&(length as u32).to_le_bytes())?;
+        out.write_all(kind)?;
+        out.write_all(chunk)?;
+        out.write_all(&vec![filler; length - chunk.len()])?;
+    }
+    Ok(())
+}
+
+/// Writes JSON that holds the buffer, in base64.
+pub(super) fn write_text(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+    let (mut root, bytes) = contents(mesh)?;
+    let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+    root["buffers"][0]["uri"] = json!(format!("data:application/octet-stream;base64,{data}"));
+    serde_json::to_writer(out, &root).map_err(io::Error::other)
+}
+
+/// Returns the JSON and the buffer.
+fn contents(mesh: &Mesh) -> io::Result<(Value, Vec<u8>)> {
     if mesh.triangles.is_empty() {
         let reason = "there are no triangles, and glTF has no empty meshes";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
@@ -76,17 +107,7 @@ pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     if is_strong {
         root["extensionsUsed"] = json!(["KHR_materials_emissive_strength"]);
     }
-    let glb = Glb {
-        // The writer sets the length.
-        header: Header {
-            magic: *b"glTF",
-            version: 2,
-            length: 0,
-        },
-        json: Cow::Owned(serde_json::to_vec(&root).map_err(io::Error::other)?),
-        bin: Some(Cow::Owned(parts.bytes)),
-    };
-    glb.to_writer(out).map_err(io::Error::other)
+    Ok((root, parts.bytes))
 }
 
 fn primitive(parts: &mut GlbParts, mesh: &Mesh) -> Value {

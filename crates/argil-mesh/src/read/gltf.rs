@@ -1,0 +1,163 @@
+//! glTF 2.0, as one binary file or as JSON with buffers beside it.
+//!
+//! *Practice.* Only what describes triangles is parsed, and only where a scene uses it. A primitive's vertices are those
+//! that its triangles use, once per node, so that shared accessors are not copied whole.
+
+mod data;
+mod json;
+mod meshopt;
+mod scene;
+
+use super::error::ReadFault;
+use super::file::MeshFile;
+use data::Data;
+use json::{BufferJson, Root, element};
+
+/// Extensions that a reader of triangles can leave out, by the beginnings of their names.
+const HARMLESS: &[&str] = &[
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "EXT_materials_",
+    "MSFT_packing_",
+    "MSFT_lod",
+    "KHR_lights_",
+    "EXT_lights_",
+    "KHR_xmp",
+    "KHR_animation_",
+    "KHR_audio",
+    "KHR_techniques_",
+    "KHR_interactivity",
+    "KHR_node_",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "EXT_feature_metadata",
+    "EXT_instance_features",
+    "CESIUM_primitive_outline",
+    "ADOBE_materials_",
+    "AGI_",
+    "VRM",
+    "KHR_physics_",
+];
+
+/// Extensions that are read.
+const READ: &[&str] = &[
+    "KHR_mesh_quantization",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+
+fn draco() -> ReadFault {
+    ReadFault::Unsupported(format!(
+        "its meshes are compressed with Draco ({DRACO}), which is not read: export it without, for example from Blender or by \
+         `gltf-transform cp in.glb out.glb`"
+    ))
+}
+
+/// Refuses extensions that may change triangles, by name and with the remedy.
+fn check_extensions(root: &Root<'_>) -> Result<(), ReadFault> {
+    for name in &root.extensions_required {
+        if name == DRACO {
+            return Err(draco());
+        }
+        let is_harmless = HARMLESS.iter().any(|start| name.starts_with(start));
+        if !is_harmless && !READ.contains(&&name[..]) {
+            return Err(ReadFault::Unsupported(format!(
+                "it requires the extension {name}, which is not known here and may change its triangles: export it \
+                 without, or take that name out of its \"extensionsRequired\" if triangles stay as they are"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The parts of a file.
+struct Parts<'a> {
+    json: &'a [u8],
+    chunk: Option<&'a [u8]>,
+}
+
+/// Splits a binary file into its chunks. Text is JSON.
+fn parts(bytes: &[u8]) -> Result<Parts<'_>, ReadFault> {
+    if !bytes.starts_with(b"glTF") {
+        let json = super::text::checked(bytes)?;
+        if json.trim_ascii_start().first() != Some(&b'{') {
+            return Err("it is neither binary glTF nor JSON".into());
+        }
+        return Ok(Parts { json, chunk: None });
+    }
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).and_then(|word| word.try_into().ok());
+        word.map(u32::from_le_bytes)
+            .ok_or_else(|| ReadFault::from("its header is truncated"))
+    };
+    let version = word(4)?;
+    if version != 2 {
+        return Err(ReadFault::Unsupported(format!(
+            "it is glTF {version}, and version 2 is read: convert it, for example by `gltf-pipeline`"
+        )));
+    }
+    let mut json = None;
+    let mut chunk = None;
+    let mut at = 12;
+    while at + 8 <= bytes.len() && (json.is_none() || chunk.is_none()) {
+        let (length, kind) = (word(at)? as usize, word(at + 4)?);
+        let own = bytes.get(at + 8..).and_then(|rest| rest.get(..length));
+        let own = own.ok_or_else(|| {
+            format!(
+                "it is truncated: a chunk of {length} bytes begins at byte {at} of {}",
+                bytes.len()
+            )
+        })?;
+        match &kind.to_le_bytes() {
+            b"JSON" => json = Some(own),
+            b"BIN\0" => chunk = Some(own),
+            _ => {}
+        }
+        at += 8 + length.next_multiple_of(4);
+    }
+    let json = json.ok_or("it has no JSON chunk")?;
+    Ok(Parts { json, chunk })
+}
+
+fn root<'a>(parts: &Parts<'a>) -> Result<Root<'a>, ReadFault> {
+    let json = super::text::without_mark(parts.json);
+    // Some programs fill the chunk with zeros instead of spaces.
+    let end = json
+        .iter()
+        .rposition(|&b| b != 0)
+        .map_or(0, |last| last + 1);
+    serde_json::from_slice(&json[..end]).map_err(|error| format!("its JSON: {error}").into())
+}
+
+/// Returns the addresses of the files that have a file's numbers.
+pub(super) fn files(bytes: &[u8]) -> Result<Vec<String>, ReadFault> {
+    let parts = parts(bytes)?;
+    let root = root(&parts)?;
+    let mut names = Vec::new();
+    for index in 0..root.buffers.len() {
+        let own: BufferJson = element(&root.buffers, index, "buffer")?;
+        names.extend(own.uri.filter(|uri| !uri.starts_with("data:")));
+    }
+    names.sort_unstable();
+    names.dedup();
+    Ok(names)
+}
+
+pub(super) fn read(bytes: &[u8], files: &[(String, Vec<u8>)]) -> Result<MeshFile, ReadFault> {
+    let parts = parts(bytes)?;
+    let root = root(&parts)?;
+    if !root.asset.version.is_empty() && !root.asset.version.starts_with("2.") {
+        return Err(ReadFault::Unsupported(format!(
+            "it is glTF {}, and version 2 is read: convert it, for example by `gltf-pipeline`",
+            root.asset.version
+        )));
+    }
+    check_extensions(&root)?;
+    let size = files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() + bytes.len();
+    scene::read(&root, Data::new(&root, parts.chunk, files, size), size)
+}

@@ -1,0 +1,266 @@
+//! Walks through a glTF file's nodes, and places their meshes.
+
+use super::super::budget::{Budget, Purpose, place};
+use super::super::error::ReadFault;
+use super::super::file::MeshFile;
+use super::super::strips::{fan, strip};
+use super::data::{Accessor, Data};
+use super::draco;
+use super::json::{InstanceAttributes, MeshJson, Node, Primitive, Root, Scene, element};
+use crate::Mesh;
+use glam::{Mat4, Quat, Vec3};
+
+/// Maximum indices of a primitive.
+const MAX_INDICES: usize = 3 * super::super::error::MAX_TRIANGLES;
+
+/// What is left out, counted.
+#[derive(Default)]
+struct LeftOut {
+    points_and_lines: u64,
+    skinned: u64,
+    morphed: u64,
+    hidden: u64,
+    elsewhere: u64,
+}
+
+impl LeftOut {
+    fn warnings(&self) -> Vec<String> {
+        let describe = |count: u64, what: &str| (count > 0).then(|| format!("{count} {what}"));
+        [
+            describe(
+                self.points_and_lines,
+                "of its parts are points or lines, and left out",
+            ),
+            describe(
+                self.skinned,
+                "of its meshes have a skeleton, and are read as they are stored, without its pose",
+            ),
+            describe(
+                self.morphed,
+                "of its meshes have morph targets, and are read without them",
+            ),
+            describe(self.hidden, "of its nodes are hidden, and left out"),
+            describe(
+                self.elsewhere,
+                "of its nodes with meshes are not in its default scene, and left out",
+            ),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+struct Reader<'a> {
+    data: Data<'a>,
+    root: &'a Root<'a>,
+    copies: Budget,
+    mesh: Mesh,
+    left_out: LeftOut,
+}
+
+/// Returns the nodes without a parent in the default scene, or in all if there is none.
+fn first_nodes(root: &Root<'_>) -> Result<Vec<usize>, ReadFault> {
+    let scene = |index| element::<Scene>(&root.scenes, index, "scene");
+    if let Some(index) = root.scene {
+        return Ok(scene(index)?.nodes);
+    }
+    let mut all = Vec::new();
+    for index in 0..root.scenes.len() {
+        all.extend(scene(index)?.nodes);
+    }
+    if root.scenes.is_empty() {
+        let mut is_child = vec![false; root.nodes.len()];
+        for index in 0..root.nodes.len() {
+            for child in element::<Node>(&root.nodes, index, "node")?.children {
+                if let Some(is_child) = is_child.get_mut(child) {
+                    *is_child = true;
+                }
+            }
+        }
+        all.extend((0..root.nodes.len()).filter(|&i| !is_child[i]));
+    }
+    all.sort_unstable();
+    all.dedup();
+    Ok(all)
+}
+
+pub(super) fn read(
+    root: &Root<'_>,
+    data: Data<'_>,
+    file_bytes: usize,
+) -> Result<MeshFile, ReadFault> {
+    let mut reader = Reader {
+        data,
+        root,
+        copies: Budget::new(Purpose::Copies, file_bytes),
+        mesh: Mesh::default(),
+        left_out: LeftOut::default(),
+    };
+    let mut is_seen = vec![false; root.nodes.len()];
+    let first = first_nodes(root)?;
+    let mut open: Vec<(usize, Mat4, bool)> = first
+        .iter()
+        .rev()
+        .map(|&i| (i, Mat4::IDENTITY, true))
+        .collect();
+    while let Some((index, parent, is_visible)) = open.pop() {
+        let node: Node = element(&root.nodes, index, "node")?;
+        if std::mem::replace(&mut is_seen[index], true) {
+            return Err(format!("node {index} has two parents").into());
+        }
+        let scene_from_node = parent * node.parent_from_node();
+        let is_visible = is_visible && node.is_visible();
+        open.extend(
+            node.children
+                .iter()
+                .rev()
+                .map(|&i| (i, scene_from_node, is_visible)),
+        );
+        if node.mesh.is_some() && !is_visible {
+            reader.left_out.hidden += 1;
+        } else if node.mesh.is_some() {
+            reader
+                .node(&node, scene_from_node)
+                .map_err(|fault| fault.within(&format!("node {index}")))?;
+        }
+    }
+    for index in (0..root.nodes.len()).filter(|&i| !is_seen[i]) {
+        let has_mesh =
+            element::<Node>(&root.nodes, index, "node").is_ok_and(|node| node.mesh.is_some());
+        reader.left_out.elsewhere += u64::from(has_mesh);
+    }
+    Ok(MeshFile {
+        warnings: reader.left_out.warnings(),
+        mesh: reader.mesh,
+    })
+}
+
+impl Reader<'_> {
+    /// Adds a node's mesh, once for each instance.
+    fn node(&mut self, node: &Node, scene_from_node: Mat4) -> Result<(), ReadFault> {
+        let index = node.mesh.unwrap_or_default();
+        let mesh: MeshJson<'_> = element(&self.root.meshes, index, "mesh")?;
+        self.left_out.skinned += u64::from(node.skin.is_some());
+        self.left_out.morphed += u64::from(node.is_morphed() || mesh.is_morphed());
+        let places = match &node.extensions.instancing {
+            Some(instancing) => self.instances(&instancing.attributes)?,
+            None => vec![Mat4::IDENTITY],
+        };
+        for nth in 0..mesh.primitives.len() {
+            let primitive: Primitive<'_> = element(&mesh.primitives, nth, "primitive")?;
+            if primitive.mode() < 4 {
+                self.left_out.points_and_lines += 1;
+                continue;
+            }
+            let part = self.primitive(&primitive)?;
+            let (vertices, triangles) = (part.positions.len(), part.triangles.len());
+            self.copies.take_copies(places.len(), vertices, triangles)?;
+            for node_from_instance in &places {
+                place(&part, scene_from_node * *node_from_instance, &mut self.mesh);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the transforms of a node's instances.
+    fn instances(&mut self, own: &InstanceAttributes) -> Result<Vec<Mat4>, ReadFault> {
+        let mut open = |index: Option<usize>, shape| {
+            index
+                .map(|index| self.data.accessor(index, shape))
+                .transpose()
+        };
+        let translation = open(own.translation, "VEC3")?;
+        let rotation = open(own.rotation, "VEC4")?;
+        let scale = open(own.scale, "VEC3")?;
+        let all = [&translation, &rotation, &scale];
+        let counts = all.into_iter().flatten().map(|accessor| accessor.count);
+        let count = counts.min().unwrap_or(1);
+        self.copies
+            .take((count as u64).saturating_mul(size_of::<Mat4>() as u64))?;
+        let vec3 = |own: &Option<Accessor<'_>>, i: usize, default: Vec3| {
+            own.as_ref().map_or(default, |own| {
+                let [x, y, z, _] = own.vector(i);
+                Vec3::new(x, y, z)
+            })
+        };
+        let place = |i: usize| {
+            let rotation = rotation.as_ref().map(|own| Quat::from_array(own.vector(i)));
+            let rotation = rotation.filter(|q| q.length_squared() > 0.0);
+            Mat4::from_scale_rotation_translation(
+                vec3(&scale, i, Vec3::ONE),
+                rotation.unwrap_or_default().normalize(),
+                vec3(&translation, i, Vec3::ZERO),
+            )
+        };
+        Ok((0..count).map(place).collect())
+    }
+
+    /// Returns a primitive's triangles, with the vertices that they use.
+    fn primitive(&mut self, own: &Primitive<'_>) -> Result<Mesh, ReadFault> {
+        let position = own.attributes.position.ok_or("a part has no positions")?;
+        let positions = self.data.accessor(position, "VEC3");
+        let positions = positions.map_err(|fault| {
+            if own.extensions.draco.is_some() {
+                draco()
+            } else {
+                fault
+            }
+        })?;
+        let mut corners: Vec<u32> = match own.indices {
+            Some(index) => {
+                let indices = self.data.accessor(index, "SCALAR")?;
+                if !indices.has_indices() {
+                    return Err(
+                        format!("accessor {index}: unsupported component type of indices").into(),
+                    );
+                }
+                check_count(indices.count)?;
+                (0..indices.count).map(|i| indices.index(i)).collect()
+            }
+            None => {
+                check_count(positions.count)?;
+                (0..positions.count as u32).collect()
+            }
+        };
+        let mut used = corners.clone();
+        used.sort_unstable();
+        used.dedup();
+        if used
+            .last()
+            .is_some_and(|&last| last as usize >= positions.count)
+        {
+            return Err("a triangle refers to a missing vertex".into());
+        }
+        // Without gaps, each vertex stays where it is.
+        if used.len() < positions.count {
+            for corner in &mut corners {
+                *corner = used.partition_point(|i| i < corner) as u32;
+            }
+        }
+        let point = |&i: &u32| {
+            let [x, y, z, _] = positions.vector(i as usize);
+            Vec3::new(x, y, z)
+        };
+        Ok(Mesh {
+            positions: used.iter().map(point).collect(),
+            triangles: match own.mode() {
+                4 => corners.as_chunks::<3>().0.to_vec(),
+                5 => strip(&corners).collect(),
+                6 => fan(&corners).collect(),
+                mode => return Err(format!("a part has the unknown mode {mode}").into()),
+            },
+            ..Mesh::default()
+        })
+    }
+}
+
+/// Refuses absurd numbers of corners, before there is memory for them.
+fn check_count(count: usize) -> Result<(), ReadFault> {
+    if count <= MAX_INDICES {
+        return Ok(());
+    }
+    Err(ReadFault::TooLarge(format!(
+        "a part has {count} corners, and {MAX_INDICES} can be read"
+    )))
+}
