@@ -182,7 +182,7 @@ fn parsed(source: &MeshSource<'_>) -> Result<MeshFile, ReadFault> {
         MeshFormat::Glb | MeshFormat::Gltf => gltf::read(bytes, &source.files),
         MeshFormat::Ply => ply::read(bytes),
         MeshFormat::Stl => stl::read(bytes),
-        MeshFormat::ThreeMf => three_mf::read(bytes).map(Into::into),
+        MeshFormat::ThreeMf => three_mf::read(bytes),
     }
 }
 

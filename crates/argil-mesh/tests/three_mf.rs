@@ -2,7 +2,8 @@
 
 use argil_abi::GpuMaterial;
 use argil_mesh::{
-    Mesh, MeshFormat, MeshReport, MeshWriteOptions, ThreeMfMetadata, from_bytes, write_3mf,
+    Mesh, MeshFile, MeshFormat, MeshReport, MeshWriteOptions, ThreeMfMetadata, from_bytes,
+    write_3mf,
 };
 use glam::Vec3;
 use std::io::{Cursor, Read, Write};
@@ -17,18 +18,68 @@ fn tetrahedron() -> Mesh {
 }
 
 fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    read_all(bytes).map(|file| file.mesh)
+}
+
+fn read_all(bytes: &[u8]) -> Result<MeshFile, String> {
     let file = from_bytes(bytes, MeshFormat::ThreeMf, Path::new("a.3mf"));
-    file.map(|file| file.mesh)
-        .map_err(|error| error.to_string())
+    file.map_err(|error| error.to_string())
+}
+
+/// Returns an archive of these parts.
+fn archive_of(parts: &[(&str, &str)]) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let how = zip::write::SimpleFileOptions::default();
+    for (name, text) in parts {
+        archive.start_file(*name, how).expect("a file");
+        archive.write_all(text.as_bytes()).expect("bytes");
+    }
+    archive.finish().expect("an archive").into_inner()
 }
 
 /// Returns a file with a model of this text.
 fn file_of(text: &str) -> Vec<u8> {
-    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    let how = zip::write::SimpleFileOptions::default();
-    archive.start_file("3D/3dmodel.model", how).expect("a file");
-    archive.write_all(text.as_bytes()).expect("bytes");
-    archive.finish().expect("an archive").into_inner()
+    archive_of(&[("3D/3dmodel.model", text)])
+}
+
+const RELATIONS: &str = r#"<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+    <Relationship Target="/3D/thumb.png" Id="a" Type="http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail"/>
+    <Relationship Target="/3D/the_main.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+
+const NAMESPACES: &str = r#"xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+    xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"
+    xmlns:s="http://schemas.microsoft.com/3dmanufacturing/slice/2015/07""#;
+
+/// Returns a tetrahedron's element, of a volume of a sixth.
+fn mesh_at(x: f32) -> String {
+    let corners = [
+        [x, 0.0, 0.0],
+        [x + 1.0, 0.0, 0.0],
+        [x, 1.0, 0.0],
+        [x, 0.0, 1.0],
+    ];
+    let vertex = |[x, y, z]: [f32; 3]| format!("<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>");
+    let triangle = |[a, b, c]: [u32; 3]| format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>");
+    format!(
+        "<mesh><vertices>{}</vertices><triangles>{}</triangles></mesh>",
+        corners.map(vertex).concat(),
+        tetrahedron()
+            .triangles
+            .iter()
+            .map(|&t| triangle(t))
+            .collect::<String>()
+    )
+}
+
+fn object(id: u32, content: &str) -> String {
+    format!("<object id=\"{id}\" type=\"model\">{content}</object>")
+}
+
+fn model(attributes: &str, objects: &str, items: &str) -> String {
+    format!(
+        "<?xml version=\"1.0\"?><model unit=\"meter\" {NAMESPACES} {attributes}><resources>{objects}</resources><build>{items}</build></model>"
+    )
 }
 
 fn model_of(bytes: &[u8]) -> String {
@@ -148,7 +199,7 @@ fn senseless_models_are_refused_and_end() {
         let error = read(&file_of(text)).expect_err("refused");
         assert!(error.contains(reason), "{reason}: {error}");
     };
-    refused("<model><resources", "XML at byte");
+    refused("<model><resources", "3D/3dmodel.model, byte");
     refused(
         r#"<model><object id="1"><components><component objectid="1"/></components></object><item objectid="1"/></model>"#,
         "nested",
@@ -166,4 +217,181 @@ fn senseless_models_are_refused_and_end() {
     archive.start_file("readme.txt", how).expect("a file");
     let bytes = archive.finish().expect("an archive").into_inner();
     assert!(read(&bytes).expect_err("refused").contains("3dmodel.model"));
+}
+
+/// Returns six times the volume: the number of tetrahedra of side 1.
+fn sixths(mesh: &Mesh) -> f64 {
+    6.0 * MeshReport::of(mesh).volume
+}
+
+#[test]
+fn relations_name_the_model() {
+    let own = model("", &object(1, &mesh_at(0.0)), "<item objectid=\"1\"/>");
+    let other = model("", &object(1, &mesh_at(50.0)), "<item objectid=\"1\"/>");
+    for [first, second] in [
+        ["3D/a.model", "3D/the_main.model"],
+        ["a.model", "3D/THE_main.model"],
+    ] {
+        let parts = [
+            ("_rels/.rels", RELATIONS),
+            (first, &other[..]),
+            (second, &own[..]),
+            ("Metadata/x.model", "not XML"),
+        ];
+        let mesh = read(&archive_of(&parts)).expect("a mesh");
+        assert_eq!(mesh.aabb().max.x, 1.0);
+        let mesh = read(&archive_of(&[parts[1], ("3D/3dmodel.model", &own)])).expect("a mesh");
+        assert_eq!(mesh.aabb().max.x, 1.0);
+        let error = read(&archive_of(&parts[1..3])).expect_err("unclear");
+        assert!(error.contains("several models"), "{error}");
+        let error = read(&archive_of(&parts[..2])).expect_err("missing");
+        assert!(error.contains("no part \"/3D/the_main.model\""), "{error}");
+    }
+}
+
+/// The production extension: slicers keep each object in a part of its own.
+#[test]
+fn objects_of_other_parts_are_placed() {
+    let part = model(
+        "",
+        &(object(1, &mesh_at(50.0)) + &object(2, &mesh_at(0.0))),
+        "",
+    );
+    let inches = part.replace("\"meter\"", "\"inch\"");
+    let item = r#"<item objectid="1" p:path="/3D/Objects/part.model" transform="1 0 0 0 1 0 0 0 1 100 0 0"/>"#;
+    let components = r#"<components><component objectid="2" p:path="/3D/objects/Part.model"/><component objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/></components>"#;
+    let objects = object(1, &mesh_at(0.0)) + &object(7, components);
+    let main = model(
+        "requiredextensions=\"p\"",
+        &objects,
+        &format!("{item}<item objectid=\"7\"/>"),
+    );
+    let file = archive_of(&[
+        ("3D/3dmodel.model", &main),
+        ("3D/Objects/part.model", &part),
+    ]);
+    let all = read_all(&file).expect("a mesh");
+    assert!(all.warnings.is_empty(), "{:?}", all.warnings);
+    assert!(
+        (sixths(&all.mesh) - 3.0).abs() < 1e-4,
+        "{}",
+        sixths(&all.mesh)
+    );
+    let aabb = all.mesh.aabb();
+    assert_eq!((aabb.min.x, aabb.max.x), (-1.0, 151.0));
+    let file = archive_of(&[
+        ("3D/3dmodel.model", &main),
+        ("3D/Objects/part.model", &inches),
+    ]);
+    let volume = sixths(&read(&file).expect("a mesh"));
+    assert!(
+        (volume - 1.0 - 2.0 * 0.0254f64.powi(3)).abs() < 1e-4,
+        "{volume}"
+    );
+    let error = read(&file_of(&main)).expect_err("missing");
+    assert!(error.contains("part.model"), "{error}");
+}
+
+#[test]
+fn what_is_left_out_is_named() {
+    let lattice = r#"<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/></vertices><triangles/>
+        <b:beamlattice radius="1"><b:beams><b:beam v1="0" v2="1"/></b:beams></b:beamlattice></mesh>"#;
+    let objects = object(1, &mesh_at(0.0))
+        + &object(2, lattice)
+        + &object(3, &mesh_at(5.0))
+        + &object(4, &mesh_at(9.0)).replace("\"model\"", "\"support\"")
+        + &object(5, &mesh_at(11.0)).replace(
+            "type=",
+            "s:slicestackid=\"9\" s:meshresolution=\"lowres\" type=",
+        );
+    let items = r#"<item objectid="1"/><item objectid="2"/><item objectid="1" printable="0"/><item objectid="4"/><item objectid="5"/>"#;
+    let file = read_all(&file_of(&model(
+        "requiredextensions=\"b s\"",
+        &objects,
+        items,
+    )))
+    .expect("a mesh");
+    assert_eq!(file.mesh.triangles.len(), 8);
+    let said = file.warnings.join("\n");
+    for part in [
+        "1 × beam lattice",
+        "1 × item that is not printed",
+        "1 × support",
+        "1 × finer version",
+        "1 × object that its build does not place",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let alone = model(
+        "requiredextensions=\"b\"",
+        &object(2, lattice),
+        "<item objectid=\"2\"/>",
+    );
+    let error = read(&file_of(&alone)).expect_err("nothing");
+    assert!(
+        error.contains("beam lattice") && error.contains("no triangle is left"),
+        "{error}"
+    );
+    // A build without items.
+    let file = read_all(&file_of(&model("", &object(1, &mesh_at(0.0)), ""))).expect("a mesh");
+    assert!(file.mesh.triangles.len() == 4 && file.warnings[0].contains("places nothing"));
+}
+
+#[test]
+fn unknown_required_extensions_are_refused() {
+    for (attributes, name) in [
+        (
+            "xmlns:x=\"http://example.com/secure\" requiredextensions=\"p x\"",
+            "http://example.com/secure",
+        ),
+        ("requiredextensions=\"zz\"", "zz"),
+    ] {
+        let text = model(
+            attributes,
+            &object(1, &mesh_at(0.0)),
+            "<item objectid=\"1\"/>",
+        );
+        let error = read(&file_of(&text)).expect_err("refused");
+        assert!(
+            error.contains(name) && error.contains("plain meshes"),
+            "{error}"
+        );
+    }
+    let text = model(
+        "requiredextensions=\"p s\"",
+        &object(1, &mesh_at(0.0)),
+        "<item objectid=\"1\"/>",
+    );
+    assert!(read(&file_of(&text)).is_ok());
+    // The core may have a prefix, too.
+    let text = text
+        .replace("xmlns=", "xmlns:c=")
+        .replace('<', "<c:")
+        .replace("<c:/", "</c:")
+        .replace("<c:?", "<?");
+    assert_eq!(
+        read(&file_of(&text)).map(|mesh| mesh.triangles.len()),
+        Ok(4),
+        "{text}"
+    );
+}
+
+/// A small file that unpacks to much is refused before it fills the memory.
+#[test]
+fn bombs_are_refused_with_both_numbers() {
+    let many = |text: &str| text.repeat(40_000_000 / text.len());
+    let vertices = many("<vertex x=\"0\" y=\"0\" z=\"0\"/>");
+    let objects = many("<object id=\"1\"/>");
+    for content in [vertices, objects, many("<!---->"), " ".repeat(40_000_000)] {
+        let bytes = file_of(&format!(
+            "<model><object id=\"1\"><mesh>{content}</mesh></object></model>"
+        ));
+        assert!(bytes.len() < 400_000);
+        let error = read(&bytes).expect_err("a bomb");
+        let size = bytes.len().to_string();
+        assert!(
+            error.contains("than 16777216 bytes") || error.contains(&size),
+            "{error}"
+        );
+    }
 }

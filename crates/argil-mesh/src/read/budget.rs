@@ -4,12 +4,10 @@ use super::error::{MAX_TRIANGLES, ReadFault};
 use crate::Mesh;
 use glam::{Mat4, Vec3};
 
-/// Bytes that a file's data may take, per byte of the file.
-const PER_BYTE: u64 = 64;
-/// Bytes that each file's data may take.
-const DATA_FLOOR: u64 = 16 << 20;
-/// Bytes that the copies that each file places may take.
-const COPIES_FLOOR: u64 = 256 << 20;
+/// Bytes that a file's data may take: per byte of the file, and for each file.
+const DATA: (u64, u64) = (40, 16 << 20);
+/// Bytes that the meshes in their places may take, likewise. A small file may place many copies.
+const COPIES: (u64, u64) = (24, 256 << 20);
 
 /// What the bytes are for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,14 +30,14 @@ pub(super) struct Budget {
 impl Budget {
     pub(super) fn new(purpose: Purpose, file_bytes: usize) -> Self {
         let file_bytes = file_bytes as u64;
-        let floor = match purpose {
-            Purpose::Data => DATA_FLOOR,
-            Purpose::Copies => COPIES_FLOOR,
+        let (per_byte, floor) = match purpose {
+            Purpose::Data => DATA,
+            Purpose::Copies => COPIES,
         };
         Self {
             purpose,
             file_bytes,
-            limit: floor.max(PER_BYTE * file_bytes),
+            limit: floor.max(per_byte * file_bytes),
             used: 0,
         }
     }
@@ -85,15 +83,21 @@ impl Budget {
 }
 
 /// Adds a copy of a mesh. A mirrored one keeps its outside.
-pub(super) fn place(part: &Mesh, mesh_from_part: Mat4, mesh: &mut Mesh) {
+pub(super) fn place(
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    mesh_from_part: Mat4,
+    mesh: &mut Mesh,
+) {
     let first = mesh.positions.len() as u32;
     let is_mirrored = mesh_from_part.determinant() < 0.0;
-    let places = part.positions.iter();
-    mesh.positions
-        .extend(places.map(|&p| mesh_from_part.transform_point3(p)));
-    mesh.triangles
-        .extend(part.triangles.iter().map(|&[a, b, c]| {
-            let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
-            [a, b, c].map(|i| first.saturating_add(i))
-        }));
+    mesh.positions.extend(
+        positions
+            .iter()
+            .map(|&p| mesh_from_part.transform_point3(p)),
+    );
+    mesh.triangles.extend(triangles.iter().map(|&[a, b, c]| {
+        let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
+        [a, b, c].map(|i| first.saturating_add(i))
+    }));
 }

@@ -19,10 +19,3 @@ pub struct MeshFile {
     /// Describes what was left out or uncertain, one sentence each.
     pub warnings: Vec<String>,
 }
-
-impl From<Mesh> for MeshFile {
-    fn from(mesh: Mesh) -> Self {
-        let warnings = Vec::new();
-        Self { mesh, warnings }
-    }
-}

@@ -1,224 +1,222 @@
 //! 3D Manufacturing Format: objects and their placements, in meters with y up.
+//!
+//! *Practice.* The model that the archive names is parsed as a stream, and so is each other part that a placement names.
+//! Memory and unpacked bytes are limited by the file's size.
 
-use super::error::{MAX_TRIANGLES, ReadFault};
+mod model;
+mod package;
+
+use super::budget::{Budget, Purpose, place};
+use super::error::ReadFault;
+use super::file::MeshFile;
 use crate::Mesh;
-use glam::{Affine3A, Vec3};
-use quick_xml::Reader;
-use quick_xml::events::{BytesStart, Event};
-use std::collections::HashMap;
-use std::io::{Cursor, Read};
+use glam::{Affine3A, Mat4, Vec3};
+use model::{Model, Object, Placement, Role};
+use package::{Package, key};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
-/// Maximum bytes of the model's XML.
-const MAX_BYTES: u64 = 4 << 30;
 /// Maximum objects and components that are placed.
 const MAX_PLACED: u32 = 100_000;
 /// Maximum depth of components.
 const MAX_DEPTH: u32 = 16;
 
-#[derive(Default)]
-struct Object {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    components: Vec<(u32, Affine3A)>,
+struct Reader<'a> {
+    package: Package<'a>,
+    models: HashMap<String, Rc<Model>>,
+    data: Budget,
+    copies: Budget,
+    mesh: Mesh,
+    placed: u32,
+    /// Objects that have a place, with their parts' names.
+    seen: BTreeSet<(String, u32)>,
+    /// Shapes that are not read, counted.
+    left_out: BTreeMap<&'static str, u64>,
 }
 
-#[derive(Default)]
-struct Model {
-    scale: f32,
-    objects: HashMap<u32, Object>,
-    items: Vec<(u32, Affine3A)>,
-    current: u32,
-}
-
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh, ReadFault> {
-    let damaged = |error: &dyn std::fmt::Display| ReadFault::Damaged(error.to_string());
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
-    let names: Vec<String> = archive.file_names().map(str::to_owned).collect();
-    let is_model = |name: &&String| name.to_lowercase().ends_with(".model");
-    let main = names.iter().filter(is_model).min_by_key(|name| name.len());
-    let name =
-        main.ok_or_else(|| ReadFault::Damaged("the archive has no 3D/3dmodel.model".into()))?;
-    let mut text = Vec::new();
-    let file = archive.by_name(name).map_err(|error| damaged(&error))?;
-    // No more than the archive can hold: deflate shrinks a thousandfold at most.
-    let most = MAX_BYTES.min(1100 * bytes.len() as u64);
-    file.take(most)
-        .read_to_end(&mut text)
-        .map_err(|error| damaged(&error))?;
-    if text.starts_with(&[0xff, 0xfe]) || text.starts_with(&[0xfe, 0xff]) {
-        let reason = "its XML is UTF-16: save it as UTF-8";
-        return Err(ReadFault::Unsupported(reason.into()));
+pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
+    let mut reader = Reader {
+        package: Package::open(bytes)?,
+        models: HashMap::new(),
+        data: Budget::new(Purpose::Data, bytes.len()),
+        copies: Budget::new(Purpose::Copies, bytes.len()),
+        mesh: Mesh::default(),
+        placed: 0,
+        seen: BTreeSet::new(),
+        left_out: BTreeMap::new(),
+    };
+    let name = reader.package.main_model()?;
+    let root = reader.model(&name)?;
+    let meters = root.meters.unwrap_or(1e-3);
+    let mut warnings = Vec::new();
+    let mut items = root.items.clone();
+    if items.is_empty() {
+        items = roots(&root);
+        if !items.is_empty() {
+            warnings.push(
+                "its build places nothing: all its objects are read, where they were made"
+                    .to_owned(),
+            );
+        }
     }
-    let model = parse(&text)?;
-    let mut mesh = Mesh::default();
-    let mut placed = 0;
-    for &(id, placement) in &model.items {
-        add(&model, (id, placement), 0, &mut placed, &mut mesh)?;
+    for item in &items {
+        if item.is_printed {
+            reader.add(&name, item, Affine3A::IDENTITY, 0, meters)?;
+        } else {
+            *reader
+                .left_out
+                .entry("item that is not printed")
+                .or_default() += 1;
+        }
     }
     // z up to y up, in meters.
-    for p in &mut mesh.positions {
-        *p = model.scale * Vec3::new(p.x, p.z, -p.y);
+    for p in &mut reader.mesh.positions {
+        *p = meters * Vec3::new(p.x, p.z, -p.y);
     }
-    Ok(mesh)
+    let unplaced = reader.unplaced();
+    if unplaced > 0 {
+        reader
+            .left_out
+            .insert("object that its build does not place", unplaced);
+    }
+    warnings.extend(reader.left_out.iter().map(|(what, count)| {
+        format!("left out {count} × {what}: only meshes in their places are read")
+    }));
+    Ok(MeshFile {
+        mesh: reader.mesh,
+        warnings,
+    })
 }
 
-fn parse(text: &[u8]) -> Result<Model, ReadFault> {
-    let mut reader = Reader::from_reader(text);
-    let mut model = Model {
-        scale: 1e-3,
-        ..Model::default()
+/// Returns placements of all objects that are not components of others.
+fn roots(model: &Model) -> Vec<Placement> {
+    let parts = model.objects.values().flat_map(|object| &object.components);
+    let parts: BTreeSet<u32> = parts.map(|part| part.object).collect();
+    let has_shape = |id: &u32| {
+        let own = &model.objects[id];
+        !own.triangles.is_empty() || !own.components.is_empty() || !own.left_out.is_empty()
     };
-    loop {
-        let event = reader.read_event();
-        let position = reader.buffer_position();
-        let event = event
-            .map_err(|error| ReadFault::Damaged(format!("its XML at byte {position}: {error}")))?;
-        match event {
-            Event::Start(tag) | Event::Empty(tag) => {
-                element(&tag, &mut model).map_err(|reason| {
-                    ReadFault::Damaged(format!("its XML at byte {position}: {reason}"))
-                })?
-            }
-            Event::Eof => return Ok(model),
-            _ => {}
-        }
-    }
-}
-
-fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, String> {
-    for own in tag.attributes() {
-        let own = own.map_err(|error| error.to_string())?;
-        if own.key.local_name().as_ref() == name.as_bytes() {
-            return Ok(Some(String::from_utf8_lossy(&own.value).into_owned()));
-        }
-    }
-    Ok(None)
-}
-
-fn number<T: std::str::FromStr>(tag: &BytesStart<'_>, name: &str) -> Result<T, String> {
-    let text = attribute(tag, name)?.ok_or_else(|| format!("{name} is missing"))?;
-    text.trim()
-        .parse()
-        .map_err(|_| format!("{name} is {text:?}, not a number"))
-}
-
-fn transform(tag: &BytesStart<'_>) -> Result<Affine3A, String> {
-    let Some(text) = attribute(tag, "transform")? else {
-        return Ok(Affine3A::IDENTITY);
+    let ids = model.objects.keys().filter(|id| !parts.contains(id));
+    let mut ids: Vec<u32> = ids.filter(|id| has_shape(id)).copied().collect();
+    ids.sort_unstable();
+    let place = |object| Placement {
+        part: None,
+        object,
+        transform: Affine3A::IDENTITY,
+        is_printed: true,
     };
-    let numbers: Vec<f32> = text
-        .split_whitespace()
-        .filter_map(|n| n.parse().ok())
-        .collect();
-    let numbers = <[f32; 12]>::try_from(numbers);
-    let numbers = numbers.map_err(|_| format!("the transform {text:?} has no 12 numbers"))?;
-    Ok(Affine3A::from_cols_array(&numbers))
+    ids.into_iter().map(place).collect()
 }
 
-fn element(tag: &BytesStart<'_>, model: &mut Model) -> Result<(), String> {
-    // Elements of extensions, such as slices, have a prefix.
-    if tag.name().prefix().is_some() {
-        return Ok(());
+impl Reader<'_> {
+    /// Returns a part's model, which is read once.
+    fn model(&mut self, name: &str) -> Result<Rc<Model>, ReadFault> {
+        let key = key(name);
+        if let Some(model) = self.models.get(&key) {
+            return Ok(model.clone());
+        }
+        let model = Rc::new(Model::read(&mut self.package, name, &mut self.data)?);
+        self.models.insert(key, model.clone());
+        Ok(model)
     }
-    match tag.local_name().as_ref() {
-        b"model" => {
-            model.scale = match attribute(tag, "unit")?.as_deref() {
-                Some("micron") => 1e-6,
-                None | Some("millimeter") => 1e-3,
-                Some("centimeter") => 1e-2,
-                Some("inch") => 0.0254,
-                Some("foot") => 0.3048,
-                Some("meter") => 1.0,
-                Some(unit) => return Err(format!("the unit {unit:?} is unknown")),
-            };
-        }
-        b"object" => {
-            model.current = number(tag, "id")?;
-            model.objects.entry(model.current).or_default();
-        }
-        b"vertex" => {
-            let p = Vec3::new(number(tag, "x")?, number(tag, "y")?, number(tag, "z")?);
-            if !p.is_finite() {
-                return Err(format!("the vertex {p} is not finite"));
-            }
-            let object = model.objects.entry(model.current).or_default();
-            object.positions.push(p);
-        }
-        b"triangle" => {
-            let corners = [number(tag, "v1")?, number(tag, "v2")?, number(tag, "v3")?];
-            let object = model.objects.entry(model.current).or_default();
-            object.triangles.push(corners);
-        }
-        b"component" => {
-            if attribute(tag, "path")?.is_some() {
-                return Err(
-                    "a component lies in another file of the archive, which is not supported"
-                        .into(),
-                );
-            }
-            let part = (number(tag, "objectid")?, transform(tag)?);
-            let object = model.objects.entry(model.current).or_default();
-            object.components.push(part);
-        }
-        b"item" => model
-            .items
-            .push((number(tag, "objectid")?, transform(tag)?)),
-        _ => {}
-    }
-    Ok(())
-}
 
-/// Adds an object and its components.
-fn add(
-    model: &Model,
-    (id, placement): (u32, Affine3A),
-    depth: u32,
-    placed: &mut u32,
-    mesh: &mut Mesh,
-) -> Result<(), ReadFault> {
-    let damaged = |reason: String| Err(ReadFault::Damaged(reason));
-    let Some(object) = model.objects.get(&id) else {
-        return damaged(format!("object {id} is missing"));
-    };
-    if depth > MAX_DEPTH {
-        return damaged(format!(
-            "the components of object {id} are nested more than {MAX_DEPTH} deep"
-        ));
+    /// Counts objects with triangles that have no place.
+    fn unplaced(&self) -> u64 {
+        let all = self.models.iter();
+        let objects = all.flat_map(|(name, model)| {
+            model
+                .objects
+                .iter()
+                .map(move |(&id, object)| (name, id, object))
+        });
+        let unplaced = objects.filter(|(name, id, object)| {
+            !object.triangles.is_empty()
+                && object.role == Role::Model
+                && !self.seen.contains(&((*name).clone(), *id))
+        });
+        unplaced.count() as u64
     }
-    *placed += 1;
-    let vertices = mesh.positions.len() + object.positions.len();
-    if *placed > MAX_PLACED || vertices > 3 * MAX_TRIANGLES {
-        return damaged(format!(
-            "it places more than {MAX_PLACED} objects, or more vertices than {MAX_TRIANGLES} triangles have"
-        ));
+
+    /// Adds an object and its components. `from` is the part that names it, whose placement is `outer`.
+    fn add(
+        &mut self,
+        from: &str,
+        item: &Placement,
+        outer: Affine3A,
+        depth: u32,
+        root_meters: f32,
+    ) -> Result<(), ReadFault> {
+        let name = item.part.as_deref().unwrap_or(from);
+        let id = item.object;
+        let model = self.model(name)?;
+        let Some(object) = model.objects.get(&id) else {
+            return Err(format!("object {id} is missing in {name}").into());
+        };
+        if depth > MAX_DEPTH {
+            return Err(format!(
+                "the components of object {id} are nested more than {MAX_DEPTH} deep"
+            )
+            .into());
+        }
+        self.placed += 1;
+        if self.placed > MAX_PLACED {
+            let what = format!("it places more than {MAX_PLACED} objects, which is the maximum");
+            return Err(ReadFault::TooLarge(what));
+        }
+        self.seen.insert((key(name), id));
+        if object.role == Role::Other {
+            *self
+                .left_out
+                .entry("support, or object that is not printed")
+                .or_default() += 1;
+            return Ok(());
+        }
+        for &shape in &object.left_out {
+            *self.left_out.entry(shape).or_default() += 1;
+        }
+        let mut placement = outer * item.transform;
+        // Other parts may have another unit.
+        if name != from
+            && let Some(meters) = model.meters
+        {
+            placement *= Affine3A::from_scale(Vec3::splat(meters / root_meters));
+        }
+        self.copy(id, object, placement)?;
+        for part in &object.components {
+            self.add(
+                name,
+                part,
+                placement,
+                depth + 1,
+                model.meters.unwrap_or(root_meters),
+            )?;
+        }
+        Ok(())
     }
-    if mesh.triangles.len() + object.triangles.len() > MAX_TRIANGLES {
-        return damaged(format!("it has more than {MAX_TRIANGLES} triangles"));
+
+    /// Adds an object's triangles.
+    fn copy(&mut self, id: u32, object: &Object, placement: Affine3A) -> Result<(), ReadFault> {
+        let count = object.positions.len() as u32;
+        if object
+            .triangles
+            .iter()
+            .flatten()
+            .any(|&corner| corner >= count)
+        {
+            return Err(format!("a triangle of object {id} refers to a missing vertex").into());
+        }
+        // The vertices of a beam lattice are no triangles'.
+        if object.triangles.is_empty() {
+            return Ok(());
+        }
+        self.copies
+            .take_copies(1, object.positions.len(), object.triangles.len())?;
+        place(
+            &object.positions,
+            &object.triangles,
+            Mat4::from(placement),
+            &mut self.mesh,
+        );
+        Ok(())
     }
-    let count = object.positions.len() as u32;
-    if object
-        .triangles
-        .iter()
-        .flatten()
-        .any(|&corner| corner >= count)
-    {
-        return damaged(format!(
-            "a triangle of object {id} refers to a missing vertex"
-        ));
-    }
-    let first = mesh.positions.len() as u32;
-    let positions = object.positions.iter();
-    mesh.positions
-        .extend(positions.map(|&p| placement.transform_point3(p)));
-    // A mirrored object would be inside out.
-    let is_mirrored = placement.matrix3.determinant() < 0.0;
-    mesh.triangles
-        .extend(object.triangles.iter().map(|&[a, b, c]| {
-            let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
-            [first + a, first + b, first + c]
-        }));
-    for &(part, inner) in &object.components {
-        add(model, (part, placement * inner), depth + 1, placed, mesh)?;
-    }
-    Ok(())
 }

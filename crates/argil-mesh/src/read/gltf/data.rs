@@ -217,9 +217,7 @@ impl<'a> Data<'a> {
         )?;
         let (slice, _) = self.view(own.values.buffer_view).ok()?;
         let values = Numbers::new(slice, own.values.byte_offset, size, own.count, size)?;
-        let indices: Vec<u32> = (0..own.count)
-            .map(|i| kind.index(&indices.at(i)[..]))
-            .collect();
+        let indices: Vec<u32> = (0..own.count).map(|i| kind.index(indices.at(i))).collect();
         indices
             .is_sorted_by(|a, b| a < b)
             .then_some(Sparse { indices, values })

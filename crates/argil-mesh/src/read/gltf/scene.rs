@@ -157,7 +157,13 @@ impl Reader<'_> {
             let (vertices, triangles) = (part.positions.len(), part.triangles.len());
             self.copies.take_copies(places.len(), vertices, triangles)?;
             for node_from_instance in &places {
-                place(&part, scene_from_node * *node_from_instance, &mut self.mesh);
+                let scene_from_part = scene_from_node * *node_from_instance;
+                place(
+                    &part.positions,
+                    &part.triangles,
+                    scene_from_part,
+                    &mut self.mesh,
+                );
             }
         }
         Ok(())
