@@ -10,7 +10,7 @@ pub enum MeshFormat {
     Glb,
     /// glTF 2.0 as JSON. When it is read, buffers may lie beside it; when it is written, it holds them itself.
     Gltf,
-    /// Wavefront text: normals, and vertex colors after the positions, as many programs read them.
+    /// Wavefront text: normals, and vertex colors in sRGB after the positions, as many programs read them.
     Obj,
     /// Stanford triangles, binary little-endian: normals, vertex colors.
     Ply,

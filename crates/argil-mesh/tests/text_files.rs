@@ -1,6 +1,7 @@
 //! OBJ, STL and PLY files as other programs write them.
 
-use argil_mesh::{Mesh, MeshFile, MeshFormat, MeshReport, from_bytes};
+use argil_abi::GpuMaterial;
+use argil_mesh::{Mesh, MeshFile, MeshFormat, MeshReport, MeshWriteOptions, from_bytes, write};
 use std::path::Path;
 
 fn read(bytes: &[u8], format: MeshFormat) -> Result<MeshFile, String> {
@@ -387,4 +388,24 @@ fn damaged_plys_name_the_place() {
     assert!(
         fault((many + &"0".repeat(36)).as_bytes(), MeshFormat::Ply).contains("4000000000 times")
     );
+}
+
+/// Vertex colors are sRGB in all files: half of the light is 0.735 or 188 of 255.
+#[test]
+fn vertex_colors_are_srgb() {
+    let material = GpuMaterial {
+        base_roughness: [0.5, 1.0, 0.001, 0.3],
+        ..GpuMaterial::default()
+    };
+    let mut mesh = plain(format!("{TRIANGLE}f 1 2 3\n").as_bytes(), MeshFormat::Obj);
+    mesh.materials = vec![material; 3];
+    let bytes = |format| {
+        let mut bytes = Vec::new();
+        write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
+        bytes
+    };
+    let obj = String::from_utf8(bytes(MeshFormat::Obj)).expect("text");
+    assert!(obj.contains("v 1 0 0 0.7354 1.0000 0.0129\n"), "{obj}");
+    let ply = bytes(MeshFormat::Ply);
+    assert!(ply.windows(3).any(|rgb| rgb == [188, 255, 3]));
 }

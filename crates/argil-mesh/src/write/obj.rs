@@ -1,3 +1,4 @@
+use super::srgb::srgb_fraction;
 use crate::Mesh;
 use std::io::{self, Write};
 
@@ -11,7 +12,7 @@ pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     for (i, p) in mesh.positions.iter().enumerate() {
         write!(out, "v {} {} {}", p.x, p.y, p.z)?;
         if let Some(material) = mesh.materials.get(i) {
-            let [r, g, b, _] = material.base_roughness;
+            let [r, g, b, _] = material.base_roughness.map(srgb_fraction);
             write!(out, " {r:.4} {g:.4} {b:.4}")?;
         }
         writeln!(out)?;
