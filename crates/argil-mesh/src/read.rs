@@ -156,8 +156,8 @@ pub fn from_bytes(
 
 /// Reads the triangles of a file in memory, and checks what no format promises.
 fn parse(source: &MeshSource<'_>) -> Result<MeshFile, MeshReadError> {
-    let file = parsed(source).map_err(|fault| source.error(fault))?;
-    let mesh = &file.mesh;
+    let mut file = parsed(source).map_err(|fault| source.error(fault))?;
+    let mesh = &mut file.mesh;
     let count = mesh.triangles.len();
     if count > MAX_TRIANGLES {
         let what = format!("{count} triangles, and {MAX_TRIANGLES} can be read");
@@ -170,6 +170,14 @@ fn parse(source: &MeshSource<'_>) -> Result<MeshFile, MeshReadError> {
     if count == 0 && !file.warnings.is_empty() {
         let what = format!("no triangle is left: {}", file.warnings.join("; "));
         return Err(source.error(ReadFault::Unsupported(what)));
+    }
+    // Points, lines and lattices have vertices, too.
+    let mut is_used = vec![false; mesh.positions.len()];
+    for &i in mesh.triangles.iter().flatten() {
+        is_used[i as usize] = true;
+    }
+    if is_used.contains(&false) {
+        *mesh = mesh.submesh(&mesh.triangles);
     }
     Ok(file)
 }

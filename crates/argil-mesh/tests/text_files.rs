@@ -357,6 +357,13 @@ fn strips_and_edges_of_plys() {
         property int vertex2\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n8 0 1 2 3 -1 0 2 4\n0 1\n";
     let file = read(strips.as_bytes(), MeshFormat::Ply).expect("a mesh");
     assert_eq!(file.mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 2, 4]]);
+    // Vertices of no triangle are left out.
+    let ring = format!("v 9 9 9\n{TRIANGLE}v 9 9 9\nl 1 5\nf 2 3 4\n");
+    let file = read(ring.as_bytes(), MeshFormat::Obj).expect("a mesh");
+    assert_eq!(
+        (file.mesh.positions.len(), file.mesh.aabb().max.x),
+        (3, 1.0)
+    );
     assert!(
         file.warnings[0].contains("1 of its \"edge\""),
         "{:?}",
