@@ -54,8 +54,15 @@ pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
 /// Describes a mesh file: its triangles as they are, with vertices welded by position.
 fn of_mesh(options: &Info) -> anyhow::Result<()> {
     let file = argil::mesh::read(&options.scene)?;
-    let mesh = file.mesh;
-    output::warn(&options.scene, &file.warnings);
+    let (mesh, mut warnings) = (file.mesh, file.warnings);
+    let is_odd = |t: &&[u32; 3]| t.iter().any(|&i| !mesh.positions[i as usize].is_finite());
+    let odd = mesh.triangles.iter().filter(is_odd).count();
+    if odd > 0 {
+        warnings.push(format!(
+            "triangles with vertices that are not finite: {odd}; they are left out"
+        ));
+    }
+    output::warn(&options.scene, &warnings);
     anyhow::ensure!(
         !mesh.triangles.is_empty(),
         "{}: it contains no triangle",
@@ -66,7 +73,7 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
     let own = json!({
         "vertices": mesh.positions.len(),
         "welded_vertices": report.vertices,
-        "warnings": file.warnings,
+        "warnings": warnings,
     });
     output::extend(&mut about, own);
     print(options, &about);

@@ -328,11 +328,11 @@ fn what_a_scene_leaves_out_is_named() {
     assert_eq!(file.mesh.triangles.len(), 4);
     let said = file.warnings.join("\n");
     for part in [
-        "4 of its parts are points or lines",
-        "1 of its meshes have a skeleton",
-        "morph targets",
-        "1 of its nodes are hidden",
-        "not in its default scene",
+        "points or lines: 4;",
+        "with a skeleton: 1;",
+        "morph targets: 1;",
+        "hidden: 1;",
+        "outside the default scene: 1;",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -424,6 +424,17 @@ fn files_that_are_not_gltf_2_are_named() {
             .contains("glTF 1.0")
     );
     assert!(read(b"nonsense").expect_err("a fault").contains("neither"));
+    assert!(
+        read(b"{\"nodes\": {}, \"asset\": {\"version\": 1.0}}")
+            .expect_err("old")
+            .contains("glTF 1.0")
+    );
+    // The next chunk follows at once, without fill.
+    let mut whole = Parts::new().glb();
+    let length = u32::from_le_bytes(whole[12..16].try_into().expect("a word")) as usize;
+    whole.insert(20 + length, b' ');
+    whole[12..16].copy_from_slice(&(length as u32 + 1).to_le_bytes());
+    assert!(read(&whole).is_ok());
     let cut = &Parts::new().glb()[..200];
     assert!(read(cut).expect_err("a fault").contains("truncated"));
 }

@@ -11,7 +11,7 @@ mod scene;
 use super::error::ReadFault;
 use super::file::MeshFile;
 use data::Data;
-use json::{BufferJson, Root, element};
+use json::{BufferJson, Head, Root, element};
 
 /// Extensions that a reader of triangles can leave out, by the beginnings of their names.
 const HARMLESS: &[&str] = &[
@@ -27,7 +27,7 @@ const HARMLESS: &[&str] = &[
     "KHR_xmp",
     "KHR_animation_",
     "KHR_audio",
-    "KHR_techniques_",
+    "KHR_technique",
     "KHR_interactivity",
     "KHR_node_",
     "EXT_mesh_features",
@@ -97,9 +97,7 @@ fn parts(bytes: &[u8]) -> Result<Parts<'_>, ReadFault> {
     };
     let version = word(4)?;
     if version != 2 {
-        return Err(ReadFault::Unsupported(format!(
-            "it is glTF {version}, and version 2 is read: convert it, for example by `gltf-pipeline`"
-        )));
+        return Err(other_version(&version.to_string()));
     }
     let mut json = None;
     let mut chunk = None;
@@ -118,7 +116,7 @@ fn parts(bytes: &[u8]) -> Result<Parts<'_>, ReadFault> {
             b"BIN\0" => chunk = Some(own),
             _ => {}
         }
-        at += 8 + length.next_multiple_of(4);
+        at += 8 + length;
     }
     let json = json.ok_or("it has no JSON chunk")?;
     Ok(Parts { json, chunk })
@@ -131,7 +129,23 @@ fn root<'a>(parts: &Parts<'a>) -> Result<Root<'a>, ReadFault> {
         .iter()
         .rposition(|&b| b != 0)
         .map_or(0, |last| last + 1);
-    serde_json::from_slice(&json[..end]).map_err(|error| format!("its JSON: {error}").into())
+    let fault = |error: serde_json::Error| ReadFault::Damaged(format!("its JSON: {error}"));
+    // Version 1 has other lists.
+    let head: Head<'_> = serde_json::from_slice(&json[..end]).map_err(fault)?;
+    let version = head
+        .asset
+        .version
+        .map_or("2.0", |own| own.get().trim_matches('"'));
+    if !version.starts_with("2.") && version != "2" {
+        return Err(other_version(version));
+    }
+    serde_json::from_slice(&json[..end]).map_err(fault)
+}
+
+fn other_version(version: &str) -> ReadFault {
+    ReadFault::Unsupported(format!(
+        "it is glTF {version}, and version 2 is read: convert it, for example by `gltf-pipeline`"
+    ))
 }
 
 /// Returns the addresses of the files that have a file's numbers.
@@ -151,12 +165,6 @@ pub(super) fn files(bytes: &[u8]) -> Result<Vec<String>, ReadFault> {
 pub(super) fn read(bytes: &[u8], files: &[(String, Vec<u8>)]) -> Result<MeshFile, ReadFault> {
     let parts = parts(bytes)?;
     let root = root(&parts)?;
-    if !root.asset.version.is_empty() && !root.asset.version.starts_with("2.") {
-        return Err(ReadFault::Unsupported(format!(
-            "it is glTF {}, and version 2 is read: convert it, for example by `gltf-pipeline`",
-            root.asset.version
-        )));
-    }
     check_extensions(&root)?;
     let size = files.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() + bytes.len();
     scene::read(&root, Data::new(&root, parts.chunk, files, size), size)

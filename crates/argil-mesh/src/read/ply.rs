@@ -79,7 +79,7 @@ fn element(
                 _ => values.skip(property.number, count)?,
             }
         }
-        values.end()?;
+        values.end();
         if is_vertex {
             places.push(place.into());
         }
@@ -125,6 +125,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
             ));
         }
     }
+    file.warnings.extend(values.warning());
     let mut polygons = Polygons::default();
     for (number, corners) in each_list(&faces).enumerate() {
         polygons.add(corners, &mut file.mesh, number)?;
@@ -134,8 +135,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
         let strips = strips.split(|&i| i == u32::MAX);
         file.mesh.triangles.extend(strips.flat_map(strip));
     }
-    if file.mesh.triangles.is_empty() {
-        let count = file.mesh.positions.len();
+    let count = file.mesh.positions.len();
+    if file.mesh.triangles.is_empty() && count > 0 {
         return Err(ReadFault::Unsupported(format!(
             "it is a cloud of {count} points without faces, and a solid needs a surface: reconstruct one, for example in MeshLab"
         )));

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 /// Maximum corners of a polygon.
 const MAX_CORNERS: usize = 100_000;
 /// Maximum distance of a flat polygon's corners from its plane, in its diameter.
-const FLATNESS: f64 = 0.01;
+const FLATNESS: f64 = 0.05;
 /// Maximum area that triangles may have more than their polygon, in its area.
 const EXCESS: f64 = 1e-3;
 
@@ -142,27 +142,26 @@ impl Polygons {
 
     /// Describes the polygons that can be cut in several ways. `unit` is what their places count.
     pub(super) fn warnings(&self, unit: &str) -> Vec<String> {
-        let polygons = |count: u64| if count == 1 { "polygon" } else { "polygons" };
-        let describe = |of: Count, what: &str| {
+        let describe = |of: Count, what: &str, result: &str| {
             let (count, first) = (of.count, of.first);
             (count > 0).then(|| {
-                format!(
-                    "{count} {} {what}, first at {unit} {first}",
-                    polygons(count)
-                )
+                format!("polygons that {what}: {count}, first at {unit} {first}; {result}")
             })
         };
+        let guess = "their triangles are a guess";
         [
-            describe(
-                self.crossing,
-                "cross or touch themselves: their triangles are a guess",
-            ),
+            describe(self.crossing, "cross or touch themselves", guess),
             describe(
                 self.uneven,
-                "are not flat: their triangles are one of several surfaces",
+                "are not flat",
+                "their triangles are one of several surfaces",
             ),
-            describe(self.empty, "enclose no area: their triangles are a guess"),
-            describe(self.short, "have fewer than three corners and are left out"),
+            describe(self.empty, "enclose no area", guess),
+            describe(
+                self.short,
+                "have fewer than three corners",
+                "they are left out",
+            ),
         ]
         .into_iter()
         .flatten()

@@ -22,13 +22,21 @@ pub(super) struct Root<'a> {
     #[serde(borrow)]
     pub(super) buffers: Vec<&'a RawValue>,
     pub(super) extensions_required: Vec<String>,
-    pub(super) asset: Asset,
+}
+
+/// What all versions have.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Head<'a> {
+    #[serde(borrow)]
+    pub(super) asset: Asset<'a>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Asset {
-    pub(super) version: String,
+pub(super) struct Asset<'a> {
+    #[serde(borrow)]
+    pub(super) version: Option<&'a RawValue>,
 }
 
 /// Parses an element of a list.

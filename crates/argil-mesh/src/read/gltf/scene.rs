@@ -25,24 +25,27 @@ struct LeftOut {
 
 impl LeftOut {
     fn warnings(&self) -> Vec<String> {
-        let describe = |count: u64, what: &str| (count > 0).then(|| format!("{count} {what}"));
+        let describe = |count: u64, what: &str, result: &str| {
+            (count > 0).then(|| format!("{what}: {count}; they are {result}"))
+        };
+        let out = "left out";
         [
-            describe(
-                self.points_and_lines,
-                "of its parts are points or lines, and left out",
-            ),
+            describe(self.points_and_lines, "parts that are points or lines", out),
             describe(
                 self.skinned,
-                "of its meshes have a skeleton, and are read as they are stored, without its pose",
+                "meshes with a skeleton",
+                "read as they are stored, without its pose",
             ),
             describe(
                 self.morphed,
-                "of its meshes have morph targets, and are read without them",
+                "meshes with morph targets",
+                "read without them",
             ),
-            describe(self.hidden, "of its nodes are hidden, and left out"),
+            describe(self.hidden, "nodes that are hidden", out),
             describe(
                 self.elsewhere,
-                "of its nodes with meshes are not in its default scene, and left out",
+                "nodes with meshes outside the default scene",
+                out,
             ),
         ]
         .into_iter()

@@ -131,6 +131,8 @@ impl Header {
                     };
                     return Ok((header, after(bytes, line)));
                 }
+                // The second line of a comment, from an old program.
+                _ if elements.is_empty() => {}
                 _ => return Err(bad()),
             }
         }

@@ -16,6 +16,8 @@ pub(super) struct Lines<'a> {
     number: usize,
     line: &'a [u8],
     words: &'a [u8],
+    /// The first line with more numbers than the header declares.
+    first_longer: Option<usize>,
 }
 
 fn truncated() -> ReadFault {
@@ -56,6 +58,7 @@ impl<'a> Values<'a> {
                 number: before,
                 line: &[],
                 words: &[],
+                first_longer: None,
             }),
             Encoding::LittleEndian => Self::Binary {
                 rest: body,
@@ -76,12 +79,21 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Ends an element: its line must have no more numbers.
-    pub(super) fn end(&mut self) -> Result<(), ReadFault> {
-        match self {
-            Self::Text(lines) if !lines.words.trim_ascii().is_empty() => Err(lines.bad()),
-            _ => Ok(()),
+    /// Ends an element, whose line may have more numbers.
+    pub(super) fn end(&mut self) {
+        if let Self::Text(lines) = self
+            && !lines.words.trim_ascii().is_empty()
+        {
+            lines.first_longer.get_or_insert(lines.number);
         }
+    }
+
+    /// Describes what was left out.
+    pub(super) fn warning(&self) -> Option<String> {
+        let Self::Text(lines) = self else { return None };
+        lines.first_longer.map(|number| {
+            format!("left out numbers that its header does not declare, first at line {number}")
+        })
     }
 
     /// Reads a number.
