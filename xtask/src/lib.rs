@@ -54,7 +54,7 @@ pub fn run_with(
     Ok(())
 }
 
-/// Builds the program of tasks with these environment variables and options of Cargo, and runs it without them.
+/// Builds the program of tasks, and runs it: see [`build_and_run`].
 ///
 /// # Errors
 /// If the build or the task fails.
@@ -63,13 +63,26 @@ pub fn chore(
     options: &[&str],
     arguments: &[impl AsRef<str>],
 ) -> anyhow::Result<()> {
-    let build = ["build", "--workspace", "--bin", "argil-chores", "--locked"];
+    build_and_run(environment, options, "argil-chores", arguments)
+}
+
+/// Builds a program of the workspace with these environment variables and options of Cargo, and runs it without them.
+///
+/// # Errors
+/// If the build or the program fails.
+pub fn build_and_run(
+    environment: &[(&str, &str)],
+    options: &[&str],
+    name: &str,
+    arguments: &[impl AsRef<str>],
+) -> anyhow::Result<()> {
+    let build = ["build", "--workspace", "--bin", name, "--locked"];
     run_with(environment, "cargo", &[&build, options].concat())?;
     let target = match std::env::var_os("CARGO_TARGET_DIR") {
         Some(folder) => root().join(folder),
         None => root().join("target"),
     };
-    let program = target.join("debug").join("argil-chores");
+    let program = target.join("debug").join(name);
     let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
     run(&program.display().to_string(), &arguments)
 }

@@ -6,18 +6,22 @@ use anyhow::bail;
 use std::thread::JoinHandle;
 use xtask::apt::{CHROMIUM, MESA, NODE, OPENVDB, WEB_RUST};
 use xtask::apt::{Needed, install, install_quietly, quietly, quietly_with};
-use xtask::{LINT_WHILE_COMPILING, chore, packages, run, run_with};
+use xtask::{LINT_WHILE_COMPILING, build_and_run, chore, packages, run, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 
 /// What is left out, unless it is asked for. With the same features everywhere, nothing is compiled twice.
 const WORLD: &str = "--features=argil-cli/world,argil/zarr";
 
+/// Seconds per fuzz target, of which each core runs one at a time. `cargo xtask fuzz` runs them for longer.
+const FUZZ_SECONDS: &str = "4";
+
 /// Crates that nobody else can use: programs, and their tests and tasks.
 const PRIVATE: &[&str] = &[
     "argil-chores",
     "argil-cli",
     "argil-conformance",
+    "argil-fuzz",
     "argil-studio",
     "argil-study",
     "xtask",
@@ -57,6 +61,8 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
         &nextest,
         &[TESTS, &["--no-fail-fast"]].concat(),
     )?;
+    let seconds = ["--seconds", FUZZ_SECONDS];
+    build_and_run(LINT_WHILE_COMPILING, &[WORLD], "argil-fuzz", &seconds)?;
     compiled(&["test", "--workspace", "--locked", "--doc", WORLD])?;
     run("cargo", &documentation())?;
     chore(LINT_WHILE_COMPILING, &[WORLD], &["web", "test"])?;
