@@ -9,8 +9,9 @@ use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Maximum corners of a polygon.
-const MAX_CORNERS: usize = 100_000;
+/// Maximum sum of squares of the numbers of corners, which the time to cut concave polygons grows with: for each file, and
+/// per corner.
+const MAX_WORK: (u64, u64) = (5_000_000_000, 1000);
 /// Maximum distance of a flat polygon's corners from its plane, in its diameter.
 const FLATNESS: f64 = 0.05;
 /// Maximum area that triangles may have more than their polygon, in its area.
@@ -38,6 +39,8 @@ pub(super) struct Polygons {
     ears: Option<Earcut<f64>>,
     flat: Vec<DVec2>,
     cut: Vec<u32>,
+    work: u64,
+    corners: u64,
     crossing: Count,
     uneven: Count,
     empty: Count,
@@ -66,13 +69,6 @@ impl Polygons {
             }
             _ => {}
         }
-        if corners.len() > MAX_CORNERS {
-            let what = format!(
-                "a polygon has {} corners, and {MAX_CORNERS} can be read: cut it into triangles",
-                corners.len()
-            );
-            return Err(ReadFault::TooLarge(what));
-        }
         let position = |&i: &u32| mesh.positions.get(i as usize).copied();
         let places: Option<Vec<Vec3>> = corners.iter().map(position).collect();
         let places =
@@ -85,7 +81,7 @@ impl Polygons {
         }
         let places: Vec<Vec3> = kept.iter().map(|&i| places[i]).collect();
         let corners: Vec<u32> = kept.iter().map(|&i| corners[i]).collect();
-        self.split(&places, place);
+        self.split(&places, place)?;
         let (triangles, _) = self.cut.as_chunks::<3>();
         mesh.triangles
             .extend(triangles.iter().map(|t| t.map(|i| corners[i as usize])));
@@ -93,7 +89,7 @@ impl Polygons {
     }
 
     /// Cuts a polygon without repeated corners into `cut`.
-    fn split(&mut self, places: &[Vec3], place: usize) {
+    fn split(&mut self, places: &[Vec3], place: usize) -> Result<(), ReadFault> {
         let count = places.len() as u32;
         self.cut.clear();
         let fan = |cut: &mut Vec<u32>| cut.extend((2..count).flat_map(|i| [0, i - 1, i]));
@@ -111,7 +107,7 @@ impl Polygons {
                 self.empty.add(place);
                 fan(&mut self.cut);
             }
-            return;
+            return Ok(());
         };
         let height = own.iter().map(|p| p.dot(normal));
         let (low, high) = height.fold((0f64, 0f64), |(low, high), h| (low.min(h), high.max(h)));
@@ -125,7 +121,16 @@ impl Polygons {
             .extend(own.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
         if is_convex(&self.flat) {
             fan(&mut self.cut);
-            return;
+            return Ok(());
+        }
+        self.corners += own.len() as u64;
+        self.work = self.work.saturating_add((own.len() as u64).pow(2));
+        let (each, per_corner) = MAX_WORK;
+        if self.work > each + per_corner * self.corners {
+            return Err(ReadFault::TooLarge(format!(
+                "its concave polygons have too many corners to be cut, the last one {}: cut it into triangles",
+                own.len()
+            )));
         }
         let ears = self.ears.get_or_insert_default();
         let flat: &[[f64; 2]] = bytemuck::cast_slice(&self.flat);
@@ -138,6 +143,7 @@ impl Polygons {
         if (sum - whole).abs() > EXCESS * whole {
             self.crossing.add(place);
         }
+        Ok(())
     }
 
     /// Describes the polygons that can be cut in several ways. `unit` is what their places count.
@@ -348,11 +354,11 @@ mod tests {
         assert!(warnings[0].contains("not flat") && warnings[1].contains("fewer than three"));
         assert_eq!(mesh.triangles.len(), 2);
         assert!(polygons.add(&[0, 1, 2, 9], &mut mesh, 3).is_err());
-        let long = vec![0; MAX_CORNERS + 1];
-        assert!(matches!(
-            polygons.add(&long, &mut mesh, 4),
-            Err(ReadFault::TooLarge(_))
-        ));
+        let zigzag = |i: u32| Vec3::new(i as f32, (i % 2) as f32 - 2e5 * (i % 99_999) as f32, 0.0);
+        mesh.positions = (0..100_000).map(zigzag).collect();
+        let long: Vec<u32> = (0..100_000).collect();
+        let error = polygons.add(&long, &mut mesh, 4);
+        assert!(matches!(error, Err(ReadFault::TooLarge(_))));
     }
 
     /// A polygon around a hole, joined by a bridge that is passed twice.
