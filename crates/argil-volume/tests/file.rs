@@ -220,6 +220,24 @@ fn inconsistent_contents_are_refused() {
     assert!(refused > 1000, "{refused}");
 }
 
+/// Numbers that are as large as they can be must not overflow.
+#[test]
+fn largest_numbers_are_refused_or_safe() {
+    let mut refused = 0;
+    for volume in volumes() {
+        let bytes = bytes_of(&volume);
+        for at in (32..bytes.len().min(800) - 4).step_by(4) {
+            for number in [i32::MAX as u32, u32::MAX] {
+                let mut changed = bytes.clone();
+                changed[at..at + 4].copy_from_slice(&number.to_le_bytes());
+                repair(&mut changed);
+                refused += usize::from(VolumeFile::from_bytes(&changed, "large").is_err());
+            }
+        }
+    }
+    assert!(refused > 50, "{refused}");
+}
+
 /// Corrects all checksums.
 fn repair(bytes: &mut [u8]) {
     let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);

@@ -145,10 +145,15 @@ fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {
         size: UVec3::new(nx, ny, nz),
         is_clipped: is_cut != 0,
     };
+    let ends_in_range = (0..3).all(|axis| {
+        let (first, count) = (voxel_grid.begin[axis], voxel_grid.size[axis]);
+        i64::from(first) + i64::from(count) <= i64::from(i32::MAX)
+    });
     let is_positive = |v: f32| v.is_finite() && v > 0.0;
     let is_sane = is_positive(range)
         && range <= 1e6
         && is_positive(voxel_grid.voxel_size)
+        && ends_in_range
         && voxel_grid.aabb().is_finite()
         && voxel_grid.size.min_element() >= 1;
     if !is_sane {
