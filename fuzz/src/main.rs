@@ -3,6 +3,7 @@
 //! A panic, an input that takes more than 64 times its size in memory, or one that takes too long stops the program. The input
 //! is saved then.
 
+mod failure;
 mod memory;
 mod runner;
 

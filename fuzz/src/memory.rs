@@ -14,7 +14,7 @@ fn add(bytes: usize) {
     PEAK.fetch_max(held, Relaxed);
     // Reporting takes memory itself.
     if held > LIMIT.load(Relaxed) && LIMIT.swap(usize::MAX, Relaxed) < held {
-        crate::runner::fail(&format!("{held} bytes of memory"));
+        crate::failure::fail(&format!("{held} bytes of memory"));
     }
 }
 

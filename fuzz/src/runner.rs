@@ -1,9 +1,8 @@
 //! Runs a target on changed seeds, and saves the input that it fails on.
 
+use crate::failure::{CURRENT, Current, fail};
 use crate::memory;
 use argil_fuzz::{Mutator, Target};
-use std::path::Path;
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Bytes of memory per byte of input.
@@ -12,35 +11,6 @@ const MEMORY_PER_BYTE: usize = 64;
 const MAX_TIME: Duration = Duration::from_secs(5);
 /// Time after which an input counts as endless.
 const ENDLESS: Duration = Duration::from_secs(10);
-
-struct Current {
-    name: &'static str,
-    input: Vec<u8>,
-    start: Instant,
-}
-
-static CURRENT: Mutex<Option<Current>> = Mutex::new(None);
-
-/// Saves the current input, says what is wrong with it, and ends the program.
-pub(crate) fn fail(reason: &str) -> ! {
-    let current = CURRENT
-        .try_lock()
-        .ok()
-        .and_then(|mut current| current.take());
-    if let Some(Current { name, input, .. }) = current {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/fuzz");
-        let path = folder.join(format!("{name}.input"));
-        let saved = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, &input));
-        let place = saved.map_or_else(|error| error.to_string(), |()| path.display().to_string());
-        eprintln!(
-            "{name}: {reason}, for an input of {} bytes: {place}",
-            input.len()
-        );
-    } else {
-        eprintln!("{reason}");
-    }
-    std::process::abort()
-}
 
 /// Makes panics and endless inputs end the program.
 fn watch() {

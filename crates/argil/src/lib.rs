@@ -23,6 +23,7 @@ mod memory;
 mod mesh_assets;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
+mod mesh_facts;
 mod mesh_file_error;
 mod meshing;
 mod observers;

@@ -4,6 +4,7 @@ use crate::heightmap::heights;
 use crate::image_assets;
 #[cfg(feature = "mesh-files")]
 use crate::mesh_cache;
+use crate::mesh_facts::MeshFacts;
 use crate::mesh_file_error::MeshFileError;
 use argil_math::Control;
 use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, MeshSource, RepairReport, path_within};
@@ -344,17 +345,6 @@ fn load(
         let _ = mesh_cache::write(&kept, &grid, &facts);
     }
     Ok(done(grid, facts, false))
-}
-
-/// What is known of a mesh file besides its distances.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct MeshFacts {
-    /// Triangles, including those that close holes.
-    pub triangles: u64,
-    /// What was repaired.
-    pub repairs: RepairReport,
-    /// What the reader left out of the file.
-    pub file_warnings: Vec<String>,
 }
 
 #[cfg(test)]

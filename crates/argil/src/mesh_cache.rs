@@ -1,7 +1,7 @@
 //! Caches the samples of meshes in files.
 
 use crate::cache_folder;
-use crate::mesh_assets::MeshFacts;
+use crate::mesh_facts::MeshFacts;
 use argil_math::Aabb;
 use argil_mesh::{MeshSource, RepairReport};
 use argil_scene::{SAMPLED_HEADER, SampledGrid};

@@ -1,10 +1,14 @@
 //! A mesh file, and the files that it names.
 
-use super::error::ReadFault;
-use super::{MeshFile, MeshReadError, bytes};
+use super::error::{MeshReadError, ReadFault};
+use super::file::MeshFile;
+use super::parse::parse;
 use crate::MeshFormat;
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
+
+/// Maximum bytes of a mesh file.
+const MAX_BYTES: u64 = 4 << 30;
 
 /// A mesh file in memory, with the files that it names: a `.gltf` file has its numbers in others.
 ///
@@ -17,11 +21,11 @@ use std::path::{Component, Path, PathBuf};
 /// ```
 #[derive(Clone, Debug)]
 pub struct MeshSource<'a> {
-    pub(super) path: &'a Path,
-    pub(super) format: MeshFormat,
-    pub(super) bytes: Cow<'a, [u8]>,
+    path: &'a Path,
+    format: MeshFormat,
+    bytes: Cow<'a, [u8]>,
     /// Other files, by their addresses.
-    pub(super) files: Vec<(String, Vec<u8>)>,
+    files: Vec<(String, Vec<u8>)>,
 }
 
 impl<'a> MeshSource<'a> {
@@ -35,7 +39,7 @@ impl<'a> MeshSource<'a> {
         }
     }
 
-    /// Reads a file's bytes, and those of the files that it names. They must lie in its folder.
+    /// Reads a file's bytes, and the bytes of the files that it names. They must lie in its folder.
     ///
     /// # Errors
     /// If a file cannot be read, or lies outside the folder.
@@ -99,11 +103,11 @@ impl<'a> MeshSource<'a> {
     /// # Errors
     /// If the bytes are not a mesh of this format.
     pub fn read(&self) -> Result<MeshFile, MeshReadError> {
-        super::parse(self)
+        parse(&self.bytes, self.format, &self.files).map_err(|fault| self.error(fault))
     }
 
     /// Returns a fault with the file's path.
-    pub(super) fn error(&self, fault: ReadFault) -> MeshReadError {
+    fn error(&self, fault: ReadFault) -> MeshReadError {
         let path = PathBuf::from(self.path);
         match fault {
             ReadFault::Damaged(reason) => MeshReadError::Damaged {
@@ -115,6 +119,33 @@ impl<'a> MeshSource<'a> {
             ReadFault::TooLarge(what) => MeshReadError::TooLarge { path, what },
         }
     }
+}
+
+/// Reads a mesh file's bytes.
+///
+/// # Errors
+/// If the file cannot be read, or is too large.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, MeshReadError> {
+    let io = |source| MeshReadError::Io {
+        path: path.into(),
+        source,
+    };
+    let about = std::fs::metadata(path).map_err(io)?;
+    if about.is_dir() {
+        return Err(io(std::io::Error::other("is a folder, not a mesh file")));
+    }
+    // A pipe that nobody writes to would never end.
+    if !about.is_file() {
+        return Err(io(std::io::Error::other("is not a regular file")));
+    }
+    if about.len() > MAX_BYTES {
+        let what = format!("{} bytes, and {MAX_BYTES} can be read", about.len());
+        return Err(MeshReadError::TooLarge {
+            path: path.into(),
+            what,
+        });
+    }
+    std::fs::read(path).map_err(io)
 }
 
 /// Returns the place of a file in a folder, or `None` if it is outside, even by a link. A file that is missing is reported

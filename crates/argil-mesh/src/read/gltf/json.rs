@@ -225,6 +225,13 @@ pub(super) struct ViewExtensions {
 /// A view that meshopt has compressed.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
+#[cfg_attr(
+    any(target_arch = "wasm32", not(feature = "simplify")),
+    expect(
+        dead_code,
+        reason = "without a decoder, nothing reads the mode and the filter"
+    )
+)]
 pub(super) struct Compressed {
     pub(super) buffer: usize,
     #[serde(default)]

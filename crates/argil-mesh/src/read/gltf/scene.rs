@@ -5,7 +5,7 @@ use super::super::error::ReadFault;
 use super::super::file::MeshFile;
 use super::super::strips::{fan, strip};
 use super::data::{Accessor, Data};
-use super::draco;
+use super::extensions::draco;
 use super::json::{InstanceAttributes, MeshJson, Node, Primitive, Root, Scene, element};
 use crate::Mesh;
 use glam::{Mat4, Quat, Vec3};
