@@ -3,11 +3,13 @@
 use argil::mesh::MeshReadError;
 use argil::scene::{EditError, FileError, ValidationError};
 use argil::{
-    BuildError, ExportError, MeshError, MeshFileError, RenderError, VolumeFileError,
+    BuildError, ExportError, LoadedMesh, MeshError, MeshFileError, RenderError, VolumeFileError,
     VolumeReadError,
 };
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
+use std::ffi::CString;
+use std::path::Path;
 
 pyo3::create_exception!(
     argil,
@@ -111,4 +113,21 @@ impl ToPython for String {
     fn to_python(self) -> PyErr {
         PyValueError::new_err(self)
     }
+}
+
+/// Raises a warning of Python for each sentence about a file.
+pub fn warn(py: Python<'_>, path: &Path, warnings: &[String]) -> PyResult<()> {
+    let kind = py.get_type::<PyUserWarning>();
+    for warning in warnings {
+        let text = format!("{}: {warning}", path.display()).replace('\0', "");
+        PyErr::warn(py, &kind, &CString::new(text)?, 2)?;
+    }
+    Ok(())
+}
+
+/// Raises the warnings about meshes that a scene names.
+pub fn warn_of_meshes(py: Python<'_>, meshes: &[LoadedMesh]) -> PyResult<()> {
+    meshes
+        .iter()
+        .try_for_each(|mesh| warn(py, Path::new(&mesh.path), &mesh.warnings()))
 }

@@ -1,7 +1,7 @@
 //! Triangle meshes as arrays.
 
 use crate::axes::{python_from_scene, scene_from_python};
-use crate::errors::ToPython;
+use crate::errors::{ToPython, warn};
 use crate::function::named;
 use crate::node::Node;
 use crate::tree::Tree;
@@ -10,11 +10,9 @@ use argil::MeshOutput;
 use argil::glam::Vec3;
 use argil::mesh::{Mesh as Triangles, MeshFormat, MeshReport, MeshSdf, MeshWriteOptions, UpAxis};
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use std::ffi::CString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
 /// Triangles with shared vertices. The axis z points up.
@@ -66,16 +64,6 @@ impl Mesh {
         let report = run_short(py, || MeshReport::of(&self.triangles))?;
         Ok(self.report.get_or_init(|| report))
     }
-}
-
-/// Raises a warning of Python for each sentence about a file.
-fn warn(py: Python<'_>, path: &Path, warnings: &[String]) -> PyResult<()> {
-    let kind = py.get_type::<PyUserWarning>();
-    for warning in warnings {
-        let text = CString::new(format!("{}: {warning}", path.display()).replace('\0', ""))?;
-        PyErr::warn(py, &kind, &text, 2)?;
-    }
-    Ok(())
 }
 
 fn rows<'py>(py: Python<'py>, all: &[f32], width: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -5,7 +5,7 @@
 use crate::arrays::points;
 use crate::ask;
 use crate::axes::{box_from_python, box_to_python};
-use crate::errors::ToPython;
+use crate::errors::{ToPython, warn_of_meshes};
 use crate::mesh::Mesh;
 use crate::pictures::{self, PictureOptions};
 use crate::solid::Solid;
@@ -141,7 +141,7 @@ impl Node {
         resolution: u32,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let scene = work::run(py, progress.as_ref(), |control| {
+        let (scene, loaded) = work::run(py, progress.as_ref(), |control| {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::mesh(absolute.to_string_lossy());
             if let Shape::Mesh {
@@ -155,9 +155,10 @@ impl Node {
             scene.push(shape).map_err(ToPython::to_python)?;
             let folder = absolute.parent().unwrap_or(&absolute);
             let loaded = argil::load_meshes_with_control(&mut scene, folder, true, control);
-            loaded.map_err(ToPython::to_python)?;
-            Ok::<_, PyErr>(scene)
+            let loaded = loaded.map_err(ToPython::to_python)?;
+            Ok::<_, PyErr>((scene, loaded))
         })??;
+        warn_of_meshes(py, &loaded)?;
         let id = scene.node(Scene::ROOT).children()[0];
         let grid = scene
             .node(id)
@@ -180,7 +181,7 @@ impl Node {
         height: f32,
         base: f32,
     ) -> PyResult<Self> {
-        let scene = work::run(py, None, |control| {
+        let (scene, loaded) = work::run(py, None, |control| {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::heightmap(absolute.to_string_lossy(), half_size, height);
             if let Shape::Heightmap { base: own, .. } = &mut shape {
@@ -191,9 +192,10 @@ impl Node {
             scene.push(shape).map_err(ToPython::to_python)?;
             let folder = absolute.parent().unwrap_or(&absolute);
             let loaded = argil::load_meshes_with_control(&mut scene, folder, true, control);
-            loaded.map_err(ToPython::to_python)?;
-            Ok::<_, PyErr>(scene)
+            let loaded = loaded.map_err(ToPython::to_python)?;
+            Ok::<_, PyErr>((scene, loaded))
         })??;
+        warn_of_meshes(py, &loaded)?;
         Ok(Self::new(of_scene(&scene)))
     }
 

@@ -2,7 +2,7 @@
 
 use crate::axes::box_from_python;
 use crate::bricks::Bricks;
-use crate::errors::ToPython;
+use crate::errors::{ToPython, warn_of_meshes};
 use crate::node::{Box3, Node, SceneText, parsed};
 use crate::tree::of_scene;
 use crate::work::{self, locked};
@@ -131,13 +131,14 @@ impl Scene {
         external: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let scene = work::run(py, progress.as_ref(), |control| {
+        let (scene, loaded) = work::run(py, progress.as_ref(), |control| {
             let mut scene = Brushes::open(&path).map_err(ToPython::to_python)?;
             let folder = path.parent().unwrap_or(&path);
             let loaded = argil::load_meshes_with_control(&mut scene, folder, external, control);
-            loaded.map_err(ToPython::to_python)?;
-            Ok::<_, PyErr>(scene)
+            let loaded = loaded.map_err(ToPython::to_python)?;
+            Ok::<_, PyErr>((scene, loaded))
         })??;
+        warn_of_meshes(py, &loaded)?;
         Ok(Self::of(scene))
     }
 

@@ -27,6 +27,7 @@ impl From<&str> for ReadFault {
     }
 }
 
+#[cfg(feature = "files")]
 impl ReadFault {
     /// Adds the place to a reason.
     pub(super) fn within(self, place: &str) -> Self {
