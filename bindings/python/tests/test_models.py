@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import zipfile
 from pathlib import Path
 
 import argil
@@ -20,7 +21,7 @@ def part() -> SDF3:
     return (box((1.4, 1.0, 0.6)) - cylinder(0.3).k(0.05)).paint("gold", metallic=1)
 
 
-@pytest.mark.parametrize("ending", ["stl", "obj", "ply", "glb", "3mf", "vdb", "nvdb", "nrrd"])
+@pytest.mark.parametrize("ending", ["stl", "obj", "ply", "glb", "gltf", "3mf", "vdb", "nvdb", "nrrd"])
 def test_files_hold_the_solid_where_it_is(ending: str, tmp_path: Path) -> None:
     solid = part().rotate(0.4, (1, 2, 3)).translate((0.3, 0.1, 0.5))
     path = tmp_path / f"part.{ending}"
@@ -32,6 +33,25 @@ def test_files_hold_the_solid_where_it_is(ending: str, tmp_path: Path) -> None:
     near = np.abs(expected) > 0.05
     assert np.mean((expected < 0)[near] == (found < 0)[near]) > 0.995
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+def test_3mf_files_point_up(tmp_path: Path) -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=np.float32)
+    mesh = argil.Mesh.from_arrays(corners, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+    mesh.save(tmp_path / "a.3mf")
+    with zipfile.ZipFile(tmp_path / "a.3mf") as file:
+        text = file.read("3D/3dmodel.model").decode()
+    assert 'x="0" y="0" z="3"' in text and 'unit="meter"' in text
+    assert argil.Mesh.from_file(tmp_path / "a.3mf").size == pytest.approx((1, 2, 3))
+
+
+def test_what_a_reader_leaves_out_is_a_warning(tmp_path: Path) -> None:
+    corners = "".join(f"v {x} {y} {z}\n" for x, y, z in [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nl 1 2\n")
+    with pytest.warns(UserWarning, match="left out 1 line"):
+        assert len(argil.Mesh.from_file(tmp_path / "a.obj")) == 4
+    with pytest.warns(UserWarning, match="left out 1 line"):
+        argil.load(tmp_path / "a.obj")
 
 
 def test_scene_files_hold_the_solid_to_the_bit(tmp_path: Path) -> None:
