@@ -12,15 +12,28 @@ fn read(path: &str) -> argil::mesh::Mesh {
         .mesh
 }
 
+/// Lists of formats in help and documents follow the table.
 #[test]
-fn help_lists_all_formats() {
-    for command in ["mesh", "import"] {
-        let help = String::from_utf8_lossy(&argil(&[command, "--help"]).stdout).into_owned();
+fn lists_of_formats_are_complete() {
+    let help = |command| String::from_utf8_lossy(&argil(&[command, "--help"]).stdout).into_owned();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = |path: &str| std::fs::read_to_string(root.join(path)).expect("a page");
+    let python = "bindings/python/python/argil/";
+    let pages = [
+        help("mesh"),
+        help("import"),
+        page("README.md"),
+        page("crates/argil/src/meshing.rs"),
+        page("bindings/python/README.md"),
+        page(&format!("{python}_load.py")),
+        page(&format!("{python}_mesh.py")),
+        page(&format!("{python}_output.py")),
+        page(&format!("{python}_sdf3.py")),
+    ];
+    for (nth, text) in pages.iter().enumerate() {
         for format in MeshFormat::all() {
-            assert!(
-                help.contains(&format!(".{}", format.extension())),
-                "{format:?}"
-            );
+            let is_listed = text.contains(&format!(".{}", format.extension()));
+            assert!(is_listed, "{format:?} in page {nth}");
         }
     }
 }

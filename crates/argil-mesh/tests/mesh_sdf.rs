@@ -583,3 +583,20 @@ fn compressed_files_are_named() {
         "{text}"
     );
 }
+
+/// Another library reads what is written.
+#[test]
+fn written_gltf_is_read_by_another_library() {
+    let mesh = mesh(12);
+    for format in [MeshFormat::Gltf, MeshFormat::Glb] {
+        let mut bytes = Vec::new();
+        write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
+        let read = gltf::Gltf::from_slice(&bytes).expect("glTF");
+        let counts: Vec<usize> = read.accessors().map(|own| own.count()).collect();
+        let expected = [mesh.positions.len(), 3 * mesh.triangles.len()];
+        assert!(
+            expected.iter().all(|count| counts.contains(count)),
+            "{counts:?}"
+        );
+    }
+}

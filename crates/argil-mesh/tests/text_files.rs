@@ -264,6 +264,9 @@ fn binary_stls_may_begin_with_solid() {
         "{:?}",
         longer.warnings
     );
+    let mut solid = binary_stl(b"solid part", 10, &ten[..10]);
+    solid.extend(b"and a comment");
+    assert!(read(&solid, MeshFormat::Stl).is_ok_and(|file| file.mesh == expected));
     let uncounted = read(&binary_stl(b"part", 0, &ten[..10]), MeshFormat::Stl).expect("a mesh");
     assert!(uncounted.mesh == expected && uncounted.warnings[0].contains("10 follow"));
     let cut = fault(&binary_stl(b"part", 11, &ten[..10]), MeshFormat::Stl);

@@ -101,8 +101,11 @@ fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b";") || line.starts_with(b"#") || line.starts_with(b"//")
 }
 
-/// Whether the first line that is neither empty nor a comment begins as text does.
+/// Whether the first line that is neither empty nor a comment begins as text does. A binary file that begins so has zeros.
 fn is_text(bytes: &[u8]) -> bool {
+    if bytes.contains(&0) && block(bytes).is_some() {
+        return false;
+    }
     let mut lines = text::lines(text::without_mark(bytes)).map(|(_, line)| line);
     let first = lines.find(|line| !line.trim_ascii().is_empty() && !is_comment(line));
     let word = first.and_then(|line| text::words(line).next());

@@ -37,6 +37,7 @@ pub(super) struct Data<'a> {
     files: &'a [(String, Vec<u8>)],
     buffers: HashMap<usize, Bytes<'a>>,
     views: HashMap<usize, Rc<Vec<u8>>>,
+    accessors: HashMap<usize, Rc<Accessor<'a>>>,
     budget: Budget,
 }
 
@@ -67,6 +68,7 @@ impl<'a> Data<'a> {
             files,
             buffers: HashMap::new(),
             views: HashMap::new(),
+            accessors: HashMap::new(),
             budget: Budget::new(Purpose::Data, file_bytes),
         }
     }
@@ -152,7 +154,7 @@ impl<'a> Data<'a> {
         ))
     }
 
-    /// Opens an accessor of numbers.
+    /// Opens an accessor of numbers, once.
     ///
     /// # Errors
     /// If its shape is another, or its numbers lie outside their buffer.
@@ -160,16 +162,32 @@ impl<'a> Data<'a> {
         &mut self,
         index: usize,
         shape: &str,
-    ) -> Result<Accessor<'a>, ReadFault> {
+    ) -> Result<Rc<Accessor<'a>>, ReadFault> {
+        let accessor = match self.accessors.get(&index) {
+            Some(accessor) => accessor.clone(),
+            None => {
+                let accessor = Rc::new(self.open(index)?);
+                self.accessors.insert(index, accessor.clone());
+                accessor
+            }
+        };
+        if accessor.shape != shape {
+            let reason = format!("accessor {index}: {} where {shape} belongs", accessor.shape);
+            return Err(reason.into());
+        }
+        Ok(accessor)
+    }
+
+    fn open(&mut self, index: usize) -> Result<Accessor<'a>, ReadFault> {
         let own: AccessorJson = element(&self.root.accessors, index, "accessor")?;
         let fault = |reason: &str| ReadFault::Damaged(format!("accessor {index}: {reason}"));
         let kind =
             Kind::of(own.component_type).ok_or_else(|| fault("unsupported component type"))?;
-        let width = match (&own.shape[..], shape) {
-            ("SCALAR", "SCALAR") => 1,
-            ("VEC3", "VEC3") => 3,
-            ("VEC4", "VEC4") => 4,
-            _ => return Err(fault(&format!("{} where {shape} belongs", own.shape))),
+        let width = match &own.shape[..] {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => return Err(fault("its type is neither SCALAR, VEC3 nor VEC4")),
         };
         let size = width * kind.size();
         let (slice, stride) = match own.buffer_view {
@@ -200,7 +218,7 @@ impl<'a> Data<'a> {
             sparse,
             count: own.count,
             kind,
-            width,
+            shape: own.shape,
             is_normalized: own.normalized,
         })
     }
@@ -347,7 +365,7 @@ pub(super) struct Accessor<'a> {
     sparse: Option<Sparse<'a>>,
     pub(super) count: usize,
     kind: Kind,
-    width: usize,
+    shape: String,
     is_normalized: bool,
 }
 
@@ -374,7 +392,6 @@ impl Accessor<'_> {
         for (out, bytes) in out.iter_mut().zip(bytes.chunks(self.kind.size())) {
             *out = self.kind.number(bytes, self.is_normalized);
         }
-        debug_assert!(bytes.len() == self.width * self.kind.size());
         out
     }
 

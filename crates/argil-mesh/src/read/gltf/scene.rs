@@ -9,6 +9,7 @@ use super::extensions::draco;
 use super::json::{InstanceAttributes, MeshJson, Node, Primitive, Root, Scene, element};
 use crate::Mesh;
 use glam::{Mat4, Quat, Vec3};
+use std::rc::Rc;
 
 /// Maximum indices of a primitive.
 const MAX_INDICES: usize = 3 * super::super::error::MAX_TRIANGLES;
@@ -187,7 +188,7 @@ impl Reader<'_> {
         let count = counts.min().unwrap_or(1);
         self.copies
             .take((count as u64).saturating_mul(size_of::<Mat4>() as u64))?;
-        let vec3 = |own: &Option<Accessor<'_>>, i: usize, default: Vec3| {
+        let vec3 = |own: &Option<Rc<Accessor<'_>>>, i: usize, default: Vec3| {
             own.as_ref().map_or(default, |own| {
                 let [x, y, z, _] = own.vector(i);
                 Vec3::new(x, y, z)
