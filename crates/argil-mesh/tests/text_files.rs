@@ -109,7 +109,7 @@ fn objs_of_other_programs_are_read() {
 fn objs_name_what_is_not_a_surface() {
     let text = format!(
         "{TRIANGLE}l 1 2 3\nl 3 2 1\np 1\ncstype bezier\ncurv 0 1 1 2 3\nsurf 0 1 0 1 1 2 3\nend\ncall other.obj\n\
-         polygone 1 2 3\nf 1 2\nf 1 2 3\n"
+         facet 1 2 3\nf 1 2\nf 1 2 3\n"
     );
     let file = read(text.as_bytes(), MeshFormat::Obj).expect("a mesh");
     assert_eq!(file.mesh.triangles, [[0, 1, 2]]);
@@ -120,7 +120,7 @@ fn objs_name_what_is_not_a_surface() {
         "1 free-form curve:",
         "1 free-form surface:",
         "1 reference to another file",
-        "line 12: \"polygone 1 2 3\"",
+        "line 12: \"facet 1 2 3\"",
         "fewer than three corners",
     ] {
         assert!(said.contains(part), "{part}: {said}");

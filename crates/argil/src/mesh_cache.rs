@@ -146,6 +146,6 @@ mod tests {
             place(&source, 64)
         };
         assert_eq!(name(b"abc"), name(b"abc"));
-        assert_ne!(name(b"abc"), name(b"abd"));
+        assert_ne!(name(b"abc"), name(b"abc2"));
     }
 }
