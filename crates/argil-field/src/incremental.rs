@@ -238,7 +238,8 @@ impl IncrementalProgram {
         }
         // Kept for their parameters, whether they are collected or not.
         self.update.touched = Some(changes_made);
-        if !plain || !self.tables.loose.is_empty() || self.first_acting() != first_acting {
+        let jumps = self.tables.slack + self.tables.hidden_slack > 0.0;
+        if !plain || jumps || self.first_acting() != first_acting {
             self.recompute_regularity();
         }
         self.tables.magnitude = self.counts.magnitude();
