@@ -5,12 +5,12 @@ use argil_field::{IncrementalProgram, Program};
 use argil_volume::{BrickSettings, Encoding};
 
 /// Larger solids are undone, in voxels along their longest side: they test nothing more, and take longer.
-const MAX_VOXELS: f32 = 20.0;
+const MAX_VOXELS: f32 = 16.0;
 /// Scenes with more iterations of loops are undone, too.
 const MAX_ITERATIONS: u64 = 200;
 
 /// A session ends when its bricks hold more samples.
-const MAX_SAMPLES: u64 = 50_000;
+const MAX_SAMPLES: u64 = 20_000;
 
 /// Applies random edits of all rows to a random scene on a small grid. Returns the number of edits, which is smaller
 /// if the solid becomes large, and of rebuilds.
@@ -25,7 +25,7 @@ pub fn random_session(seed: u64, edits: usize) -> Result<[usize; 2], String> {
         brick_size_voxels: [4, 8][tables.pick(2)],
         encoding: Encoding::default(),
     };
-    let resolution = 8 + tables.pick(8) as u32;
+    let resolution = 8 + tables.pick(6) as u32;
     let program = Program::lower(&scene);
     if program.map_or(true, |program| program.max_iterations() > MAX_ITERATIONS) {
         return Ok([0, 0]);
