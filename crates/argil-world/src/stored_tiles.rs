@@ -3,10 +3,10 @@
 use crate::Store;
 use crate::tile_cache::{TileCache, tile_name};
 use crate::tile_cache_options::TileCacheOptions;
+use crate::tile_folder::TileFolder;
 use argil::volume::{Tile, TileAddress, TileSource, TileState};
 use futures_util::StreamExt;
 use rustc_hash::FxHashSet;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Semaphore;
@@ -21,13 +21,9 @@ const TRIES: u32 = 3;
 pub(crate) struct StoredTiles {
     world: Store,
     pub cache: TileCache,
-    /// The world's folder on disk, and the folder of all worlds.
-    folder: Option<PathBuf>,
-    root: Option<PathBuf>,
-    disk_bytes: u64,
+    /// Tiles on the disk, of worlds from behind the network.
+    folder: Option<TileFolder>,
     fetched: [AtomicU64; 2],
-    /// Bytes that were written to the disk since it was looked at.
-    written: AtomicU64,
     /// Tiles that are on their way.
     pending: Mutex<FxHashSet<TileAddress>>,
     room: Semaphore,
@@ -41,14 +37,13 @@ impl StoredTiles {
         options: &TileCacheOptions,
     ) -> Self {
         let is_near = !world.place().contains("://");
-        let root = options.folder.clone().filter(|_| !is_near);
+        let folder = options.folder.as_ref().filter(|_| !is_near);
+        // A folder that cannot be used costs only time.
+        let folder = folder.and_then(|at| TileFolder::open(at, hash, options.disk_bytes).ok());
         Self {
             cache,
-            folder: root.as_ref().map(|folder| folder.join(hash)),
-            root,
-            disk_bytes: options.disk_bytes,
+            folder,
             fetched: [const { AtomicU64::new(0) }; 2],
-            written: AtomicU64::new(options.disk_bytes),
             pending: Mutex::default(),
             room: Semaphore::new(AT_ONCE),
             world,
@@ -67,7 +62,7 @@ impl StoredTiles {
     /// Fetches a tile down to a level, from the disk as far as it is there.
     async fn fetch(&self, address: TileAddress, level: u32) -> Result<Arc<Tile>, String> {
         if self.cache.wanted(address, level).start == 0
-            && let Some(bytes) = self.on_disk(address)
+            && let Some(bytes) = self.folder.as_ref().and_then(|own| own.read(address))
         {
             // Fetched again if it is damaged.
             let _ = self.cache.add(address, 0, &bytes);
@@ -91,7 +86,10 @@ impl StoredTiles {
                 Ok(()) => {
                     self.fetched[0].fetch_add(1, Ordering::Relaxed);
                     self.fetched[1].fetch_add(bytes.len() as u64, Ordering::Relaxed);
-                    self.to_disk(address, begin, &bytes);
+                    if let Some(folder) = &self.folder {
+                        // What fails there costs only time.
+                        let _ = folder.write(address, begin, &bytes);
+                    }
                 }
                 Err(error) => {
                     reason = error;
@@ -112,70 +110,6 @@ impl StoredTiles {
 
     fn is_wanted(&self, address: TileAddress, level: u32) -> bool {
         self.cache.state(address, level).is_none()
-    }
-
-    fn on_disk(&self, address: TileAddress) -> Option<Vec<u8>> {
-        let path = self.folder.as_ref()?.join(tile_name(address));
-        let bytes = std::fs::read(&path).ok()?;
-        // The oldest go first.
-        let file = std::fs::File::options().append(true).open(&path);
-        let _ = file.and_then(|file| file.set_modified(std::time::SystemTime::now()));
-        Some(bytes)
-    }
-
-    /// Keeps bytes of a tile on the disk, behind those that are there. What fails there costs only time.
-    fn to_disk(&self, address: TileAddress, begin: u64, bytes: &[u8]) {
-        let Some(folder) = &self.folder else { return };
-        let path = folder.join(tile_name(address));
-        let Some(parent) = path.parent() else { return };
-        let before = match begin {
-            0 => Vec::new(),
-            _ => std::fs::read(&path).unwrap_or_default(),
-        };
-        if (before.len() as u64) < begin {
-            return;
-        }
-        let write = || {
-            std::fs::create_dir_all(parent)?;
-            let mut file = tempfile::NamedTempFile::new_in(parent)?;
-            std::io::Write::write_all(&mut file, &before[..begin as usize])?;
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.persist(&path).map_err(|error| error.error)?;
-            Ok::<(), std::io::Error>(())
-        };
-        let _ = write();
-        let more = bytes.len() as u64;
-        if self.written.fetch_add(more, Ordering::Relaxed) + more > self.disk_bytes / 16 {
-            self.written.store(0, Ordering::Relaxed);
-            self.trim_disk();
-        }
-    }
-
-    /// Removes the tiles that were not used for the longest time, of all worlds.
-    fn trim_disk(&self) {
-        let (mut files, mut open) = (Vec::new(), Vec::from_iter(self.root.clone()));
-        while let Some(folder) = open.pop() {
-            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-                let Ok(about) = entry.metadata() else {
-                    continue;
-                };
-                if about.is_dir() {
-                    open.push(entry.path());
-                } else if let Ok(when) = about.modified() {
-                    files.push((when, about.len(), entry.path()));
-                }
-            }
-        }
-        files.sort_unstable();
-        let mut bytes: u64 = files.iter().map(|(_, length, _)| length).sum();
-        for (_, length, path) in files {
-            if bytes <= self.disk_bytes {
-                break;
-            }
-            if std::fs::remove_file(path).is_ok() {
-                bytes -= length;
-            }
-        }
     }
 }
 

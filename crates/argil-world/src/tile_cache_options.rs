@@ -7,9 +7,9 @@ use std::path::PathBuf;
 pub struct TileCacheOptions {
     /// Maximum bytes of tiles in memory.
     pub memory_bytes: u64,
-    /// A folder for tiles from behind the network. Worlds share it.
+    /// A folder for tiles from behind the network, which lie in `argil-tiles` in it. Worlds share it. Nothing else there is touched.
     pub folder: Option<PathBuf>,
-    /// Maximum bytes of the folder.
+    /// Maximum bytes of tiles in the folder.
     pub disk_bytes: u64,
 }
 
@@ -30,7 +30,7 @@ impl TileCacheOptions {
         let folder = match std::env::var_os("ARGIL_TILE_CACHE") {
             Some(folder) if folder.is_empty() => None,
             Some(folder) => Some(folder.into()),
-            None => argil::cache_folder().map(|folder| folder.join("tiles")),
+            None => argil::cache_folder(),
         };
         Self {
             folder,

@@ -4,3 +4,4 @@ mod common;
 mod export;
 mod faults;
 mod reading;
+mod tile_folder;
