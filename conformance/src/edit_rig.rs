@@ -106,10 +106,11 @@ impl EditRig {
         let program = Program::lower(scene).expect("a program");
         let solid = program.aabb();
         let is_cut = !solid.is_finite() && !solid.is_empty();
-        let turns = is_cut != self.layout.voxel_grid.is_clipped;
+        let turns = is_cut != self.layout.voxel_grid().is_clipped;
         if turns {
-            let voxel_grid = self.layout.voxel_grid.recomputed(solid, frame_of(scene));
-            self.layout.voxel_grid = voxel_grid.expect("a voxel grid");
+            let voxel_grid = self.layout.voxel_grid().recomputed(solid, frame_of(scene));
+            let layout = self.layout.with_grid(voxel_grid.expect("a voxel grid"));
+            self.layout = layout.expect("a layout");
         } else {
             self.layout = self.layout.grown_to(solid).expect("a layout");
             match (&mut self.kept, &self.field) {
@@ -188,12 +189,10 @@ impl EditRig {
     /// Returns what [`EditRig::differing`] counts, and describes the first cell that has a brick in one of the two.
     pub fn compare(&self, scene: &Scene) -> (u64, Option<String>) {
         let program = Program::lower(scene).expect("a program");
-        let voxel_grid = self.layout.voxel_grid;
+        let voxel_grid = self.layout.voxel_grid();
         let voxel_grid = voxel_grid.recomputed(program.aabb(), frame_of(scene));
-        let layout = BrickLayout {
-            voxel_grid: voxel_grid.expect("a voxel grid"),
-            ..self.layout
-        };
+        let layout = self.layout.with_grid(voxel_grid.expect("a voxel grid"));
+        let layout = layout.expect("a layout");
         let mut field = self.fresh.borrow_mut();
         let fresh = RigVolume::bake(field.as_mut(), &program, layout);
         let fresh = fresh.bricks(field.as_ref().map(|field| &**field.gpu()));

@@ -45,11 +45,11 @@ fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
 
 /// Whether samples in a cell's closed box, four per voxel's edge, have both signs.
 fn is_crossed(evaluator: &mut Evaluator<'_>, layout: &BrickLayout, cell: IVec3) -> bool {
-    let spacing = Vec3::splat(layout.voxel_grid.voxel_size / FINER as f32);
+    let spacing = Vec3::splat(layout.voxel_grid().voxel_size / FINER as f32);
     let held = layout.cell_box(cell);
     // What lies outside of the volume is not asked for.
-    let end = held.max.min(layout.voxel_grid.aabb().max + 0.5 * spacing);
-    let most = UVec3::splat(layout.brick_size_voxels * FINER);
+    let end = held.max.min(layout.voxel_grid().aabb().max + 0.5 * spacing);
+    let most = UVec3::splat(layout.brick_size_voxels() * FINER);
     let grid = Grid {
         min: held.min,
         spacing,
@@ -218,10 +218,10 @@ fn samples_are_the_fields() {
         let bricks = bake(&program, layout);
         let stored = stored_integers(bricks.pool());
         let (side, range) = (
-            layout.brick_size_voxels + 1,
-            layout.encoding.band_width(&layout.voxel_grid, 0),
+            layout.brick_size_voxels() + 1,
+            layout.encoding().band_width(&layout.voxel_grid(), 0),
         );
-        let quanta = layout.encoding.format.max_code() as f32;
+        let quanta = layout.encoding().format.max_code() as f32;
         for cell in cells(&layout).step_by(3) {
             let BrickCell::Brick(brick) = bricks.cell(cell) else {
                 continue;
@@ -233,8 +233,8 @@ fn samples_are_the_fields() {
             };
             for at in (0..layout.brick_samples()).step_by(stride) {
                 let place = UVec3::new(at % side, at / side % side, at / side / side);
-                let whole = (cell * layout.brick_size_voxels as i32).as_vec3() + place.as_vec3();
-                let p = layout.voxel_grid.corner + layout.voxel_grid.voxel_size * whole;
+                let whole = (cell * layout.brick_size_voxels() as i32).as_vec3() + place.as_vec3();
+                let p = layout.voxel_grid().corner + layout.voxel_grid().voxel_size * whole;
                 let d = program.distance(p);
                 let expected = (d * (quanta / range)).clamp(-quanta, quanta) + 0.5;
                 let found = stored[(brick * layout.brick_samples() + at) as usize];
@@ -255,8 +255,8 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let (mut differing, mut apart, mut texels) = (0, 0, 0);
     let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
     let samples = layout.brick_samples();
-    let range = layout.encoding.band_width(&layout.voxel_grid, 0);
-    let step = layout.encoding.format.max_code() as f32 / range;
+    let range = layout.encoding().band_width(&layout.voxel_grid(), 0);
+    let step = layout.encoding().format.max_code() as f32 / range;
     for cell in cells(layout) {
         match (cpu.cell(cell), found.cell(cell)) {
             (BrickCell::Brick(own), BrickCell::Brick(other)) => {
@@ -325,7 +325,11 @@ fn gpu_bricks_are_the_cpus() {
         };
         let mut layout = layout_of(&program, &case.scene, resolution, [8, 4, 8, 16][i % 4]);
         if i % 3 == 1 {
-            layout.encoding = Encoding::default();
+            let settings = BrickSettings {
+                encoding: Encoding::default(),
+                brick_size_voxels: layout.brick_size_voxels(),
+            };
+            layout = BrickLayout::new(*layout.voxel_grid(), &settings).expect("a layout");
         }
         let cpu = bake(&program, layout);
         let (volume, stages) = GpuVolume::bricks(field, &program, layout, None)
@@ -353,8 +357,9 @@ fn gpu_bricks_are_the_cpus() {
         }
         assert!(unlike <= alike / 200, "{}: {unlike} of {alike}", case.name);
         // Negative control: a volume moved by a tenth of a voxel.
-        let mut moved = layout;
-        moved.voxel_grid.corner += 0.1 * layout.voxel_grid.voxel_size;
+        let mut grid = *layout.voxel_grid();
+        grid.corner += 0.1 * grid.voxel_size;
+        let moved = layout.with_grid(grid).expect("a layout");
         if texels > 0 {
             assert!(
                 stored_integers(bake(&program, moved).pool()) != stored_integers(cpu.pool()),
@@ -486,8 +491,8 @@ fn no_resolution_is_rounded() {
         let voxel_grid =
             argil_volume::VoxelGrid::fitting(solid, None, resolution).expect("a voxel grid");
         let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
-        assert_eq!(layout.voxel_grid.size.max_element(), resolution);
-        let reach = layout.size_cells() * layout.brick_size_voxels;
+        assert_eq!(layout.voxel_grid().size.max_element(), resolution);
+        let reach = layout.size_cells() * layout.brick_size_voxels();
         assert!(reach.cmpge(voxel_grid.size).all() && (reach - voxel_grid.size).max_element() < 8);
     }
 }
@@ -523,7 +528,7 @@ fn colors_and_blends_survive_baking() {
                 let p = held.min + held.size() * (numbers.point(0.5) + 0.5);
                 let (mut d, mut exact) = ([0.0], [GpuMaterial::default()]);
                 evaluator.materials(&[p.x], &[p.y], &[p.z], &mut d, &mut exact);
-                if d[0].abs() > 0.3 * layout.voxel_grid.voxel_size {
+                if d[0].abs() > 0.3 * layout.voxel_grid().voxel_size {
                     continue;
                 }
                 let outward = program.gradient(p).1.normalize_or_zero();

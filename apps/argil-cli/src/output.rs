@@ -132,7 +132,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
         (None, Some(sparse)) => {
             let cells = sparse.layout.size_cells().to_array().map(u64::from);
             json!({
-                "brick": sparse.layout.brick_size_voxels,
+                "brick": sparse.layout.brick_size_voxels(),
                 "bricks": sparse.bricks,
                 "max_bricks": cells.iter().product::<u64>(),
                 "brick_bytes": sparse.bricks * sparse.layout.brick_bytes(),

@@ -291,12 +291,12 @@ impl GpuVolume {
         let measures = *bricks.layout();
         let pool = pool_for(gpu, &measures, bricks.len() as u64)?;
         let texture = pool_texture(gpu, &measures, pool)?;
-        let side = (measures.brick_size_voxels + 1) as usize;
+        let side = (measures.brick_size_voxels() + 1) as usize;
         let [width, height] = [pool[0] as usize * side, pool[1] as usize * side];
-        let bytes = measures.encoding.format.bytes();
+        let bytes = measures.encoding().format.bytes();
         let per_layer = (pool[0] * pool[1]) as usize;
         let samples = bricks.pool().bytes();
-        let format = gpu.texels(measures.encoding.format);
+        let format = gpu.texels(measures.encoding().format);
         // One layer of bricks at a time.
         let mut staged = vec![0u8; width * height * side * bytes];
         for (z, layer) in samples.chunks(per_layer * side.pow(3) * bytes).enumerate() {

@@ -189,7 +189,7 @@ impl GpuLevels {
     fn describe(&self, frame: &FrameUniform) -> LevelsUniform {
         let layout = self.levels.layout();
         let finest = layout.level(0);
-        let grid = &finest.voxel_grid;
+        let grid = &finest.voxel_grid();
         let (eye, inner) = split_position(grid, Vec3::from(frame.eye));
         let (low, size, _) = self.levels.roots();
         let [pool_x, pool_y, _] = self.pool.size();
@@ -199,7 +199,7 @@ impl GpuLevels {
         LevelsUniform {
             eye_inner: inner.to_array(),
             voxel_size: grid.voxel_size,
-            band_voxels: finest.encoding.band_width(grid, 0) / grid.voxel_size,
+            band_voxels: finest.encoding().band_width(grid, 0) / grid.voxel_size,
             box_min: grid.aabb().min.to_array(),
             error_voxels: 0.5 * 3f32.sqrt() * steepness,
             box_max: grid.aabb().max.to_array(),
@@ -246,8 +246,12 @@ impl Upload for Levels {
                 levels,
             };
             let finest = own.levels.layout().level(0);
-            let mut volume =
-                GpuVolume::new(field, (finest.voxel_grid, finest.encoding), texture, own)?;
+            let mut volume = GpuVolume::new(
+                field,
+                (*finest.voxel_grid(), *finest.encoding()),
+                texture,
+                own,
+            )?;
             volume.follow_levels(gpu)?;
             Ok(volume)
         })

@@ -33,7 +33,7 @@ pub fn project_to_field(
         edge_distances: spans,
     } = surface;
     mesh.normals = vec![Vec3::ZERO; mesh.positions.len()];
-    let voxel = cell_programs.layout().voxel_grid.voxel_size;
+    let voxel = cell_programs.layout().voxel_grid().voxel_size;
     let jobs = split(groups, &mut mesh.positions, &mut mesh.normals);
     let whole = program.instructions();
     jobs.into_par_iter().with_min_len(8).for_each_init(
@@ -179,7 +179,7 @@ fn split<'a, T>(
 /// Gives the vertices the field's gradient as normals, evaluated next to the surface as in [`project_to_field`].
 pub fn normals(program: &Program, cell_programs: &CellPrograms, mesh: &mut Mesh) {
     let positions = &mesh.positions;
-    let voxel = cell_programs.layout().voxel_grid.voxel_size;
+    let voxel = cell_programs.layout().voxel_grid().voxel_size;
     mesh.normals = each(
         program,
         cell_programs,

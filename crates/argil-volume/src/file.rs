@@ -16,8 +16,8 @@
 //! | `MATE`, `MIXD` | bricks: the material of each brick, and the materials of mixed bricks |
 //! | `TEX0`, `TEX1`, … | samples of level 0, of level 1, and so on |
 //!
-//! All numbers are little-endian, sections begin at multiples of 64 bytes, and checksums are CRC-32 (IEEE). A reader maps the file
-//! into memory, so samples are not copied. Other programs must not truncate a file while it is open.
+//! All numbers are little-endian, sections begin at multiples of 64 bytes, and checksums are CRC-32 (IEEE). Samples stay where a
+//! reader put the file's bytes, and are not copied again. A file is not mapped: another program could cut it short.
 
 mod format;
 mod meshes;
@@ -31,4 +31,4 @@ pub use read::VolumeFile;
 pub use reader::FileReader;
 
 #[cfg(target_endian = "big")]
-compile_error!("volume files are mapped as they are, little-endian");
+compile_error!("samples of volume files are used as they are, little-endian");

@@ -3,7 +3,7 @@ use memmap2::Mmap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Stored distances, in memory or in a mapped file. x is fastest, then y.
+/// Stored distances, of their own or among a file's bytes. x is fastest, then y.
 #[derive(Clone, Debug)]
 pub enum Texels {
     /// Samples of one byte.
@@ -12,7 +12,7 @@ pub enum Texels {
     Snorm16(Vec<i16>),
     /// A part of a file.
     Mapped {
-        /// The file.
+        /// The file's bytes.
         file: Arc<Mmap>,
         /// The range of bytes, aligned to 64 bytes.
         range: Range<usize>,

@@ -273,6 +273,18 @@ impl VoxelGrid {
         }
     }
 
+    /// Whether there are voxels, of a finite size, and `f32` counts all of them from the corner.
+    pub(crate) fn is_countable(&self) -> bool {
+        let begin = self.begin.as_dvec3();
+        let end = begin + self.size.as_dvec3();
+        let farthest = begin.abs().max(end.abs()).max_element();
+        self.corner.is_finite()
+            && self.voxel_size.is_finite()
+            && self.voxel_size > 0.0
+            && self.size.min_element() > 0
+            && farthest <= f64::from(MAX_VOXEL_INDEX)
+    }
+
     /// Returns the lengths of the box's sides.
     pub fn extent(&self) -> Vec3 {
         self.size.as_vec3() * self.voxel_size

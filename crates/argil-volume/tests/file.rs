@@ -97,6 +97,20 @@ fn volumes_survive_a_round_trip_bit_for_bit() {
     }
 }
 
+/// Another program may cut a file short or write over it, once it was read.
+#[test]
+fn volumes_survive_their_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cut.argil");
+    for volume in volumes() {
+        std::fs::write(&path, bytes_of(&volume)).expect("a file");
+        let stored = VolumeFile::open(&path).expect("a volume");
+        let file = std::fs::File::options().write(true).open(&path);
+        file.and_then(|file| file.set_len(0)).expect("no bytes");
+        assert!(stored.volume == volume);
+    }
+}
+
 /// Builds the longest possible volume, which is thin and has the maximum number of levels.
 #[test]
 fn a_volume_with_the_most_levels_survives_too() {
@@ -236,6 +250,71 @@ fn largest_numbers_are_refused_or_safe() {
         }
     }
     assert!(refused > 50, "{refused}");
+}
+
+/// Returns a file of sparse bricks in a wide box, with other cubes far inside the solid.
+fn with_cubes(cubes: &[[i32; 4]]) -> Vec<u8> {
+    let volume = &volumes()[4];
+    let mut bytes = bytes_of(volume);
+    let sections = (0..8).map(|i| 32 + 32 * i);
+    let entry_of = |name: &[u8]| sections.clone().find(|&at| bytes[at..at + 4] == *name);
+    let [about, cubes_entry] = [b"DESC", b"FARS"].map(|name| entry_of(name).expect("a section"));
+    let description =
+        u32::from_le_bytes(bytes[about + 8..about + 12].try_into().expect("four")) as usize;
+    for axis in 0..3 {
+        let at = description + 4 * (7 + axis);
+        bytes[at..at + 4].copy_from_slice(&(1u32 << 22).to_le_bytes());
+    }
+    bytes.resize(bytes.len().next_multiple_of(64), 0);
+    let offset = bytes.len() as u64;
+    for word in cubes.as_flattened() {
+        bytes.extend(word.to_le_bytes());
+    }
+    let length = 16 * cubes.len() as u64;
+    bytes[cubes_entry + 8..cubes_entry + 16].copy_from_slice(&offset.to_le_bytes());
+    bytes[cubes_entry + 16..cubes_entry + 24].copy_from_slice(&length.to_le_bytes());
+    let size = bytes.len() as u64;
+    bytes[16..24].copy_from_slice(&size.to_le_bytes());
+    repair(&mut bytes);
+    bytes
+}
+
+/// Cubes of 16 bytes each, far from one another, cannot make a table of gigabytes.
+#[test]
+fn tables_are_limited_by_the_size_of_the_file() {
+    let few: Vec<[i32; 4]> = (0..40).map(|i| [512 * i + 64, 4096, 4096, 1]).collect();
+    let stored = VolumeFile::from_bytes(&with_cubes(&few), "few").expect("a volume");
+    let Volume::Bricks(bricks) = stored.volume else {
+        panic!("bricks");
+    };
+    let mut found = Vec::new();
+    bricks
+        .table()
+        .for_each_far_inside(|low, high| found.push([low.x, high.x - low.x]));
+    found.sort_unstable();
+    assert!(
+        few.iter().all(|&[x, .., side]| found.contains(&[x, side])),
+        "{found:?}"
+    );
+    let many: Vec<[i32; 4]> = (0..40_000)
+        .map(|i| [512 * (i % 200) + 64, 512 * (i / 200), 4096, 1])
+        .collect();
+    let reason = |cubes: &[[i32; 4]]| {
+        let read = VolumeFile::from_bytes(&with_cubes(cubes), "many");
+        read.err()
+            .map_or_else(String::new, |error| error.to_string())
+    };
+    assert!(
+        reason(&many).contains("too large for the file"),
+        "{}",
+        reason(&many)
+    );
+    // Neither twice, nor one in another, in any order.
+    for (a, b) in [(1, 1), (8, 1), (1, 8), (512, 1), (1 << 18, 1 << 18)] {
+        let overlap = [[0, 0, 0, a], [0, 0, 0, b]];
+        assert!(reason(&overlap).contains("overlap"), "{a} {b}");
+    }
+    assert_eq!(reason(&[[0, 0, 0, 8], [8, 0, 0, 8], [16, 0, 0, 1]]), "");
 }
 
 /// Corrects all checksums.

@@ -2,4 +2,5 @@
 
 mod far_pages;
 mod file;
+mod layouts;
 mod tiles;

@@ -190,18 +190,71 @@ fn damaged_tiles_are_refused() {
     for at in (64..bytes.len()).step_by(bytes.len() / 300 + 1) {
         let mut wrong = bytes.clone();
         wrong[at] ^= 0x5a;
-        for level in 0..TIER_LEVELS {
-            let [begin, end] = [level + 1, level].map(|level| head.bytes_to(level) as usize);
-            let own = blake3::hash(&wrong[begin..end]);
-            let nth = (TIER_LEVELS - 1 - level) as usize;
-            wrong[64 + 32 * nth + 16..][..16].copy_from_slice(&own.as_bytes()[..16]);
-        }
-        let end = TileHead::BYTES;
-        let own = blake3::hash(&wrong[..end - 32]);
-        wrong[end - 32..end].copy_from_slice(own.as_bytes());
+        repair(&mut wrong, &head);
         refused += u32::from(read(&wrong).is_err());
     }
     assert!(refused > 20, "{refused}");
+}
+
+/// Corrects all checksums of a tile.
+fn repair(bytes: &mut [u8], head: &TileHead) {
+    for level in 0..TIER_LEVELS {
+        let [begin, end] = [level + 1, level].map(|level| head.bytes_to(level) as usize);
+        let own = blake3::hash(&bytes[begin..end]);
+        let nth = (TIER_LEVELS - 1 - level) as usize;
+        bytes[64 + 32 * nth + 16..][..16].copy_from_slice(&own.as_bytes()[..16]);
+    }
+    let end = TileHead::BYTES;
+    let own = blake3::hash(&bytes[..end - 32]);
+    bytes[end - 32..end].copy_from_slice(own.as_bytes());
+}
+
+/// Numbers that would name what is not there are refused, although all checksums are right.
+#[test]
+fn tiles_name_nothing_that_is_not_theirs() {
+    let program = Program::lower(&scene()).expect("a program");
+    let layout = layout(&program, 512, SampleFormat::Snorm8);
+    let baker = TileBaker::new(&program, layout);
+    let candidates = baker.candidates(&Control::default());
+    let full = candidates.iter().find(|&&own| own.tier == 0);
+    let address = *full.expect("a tile");
+    let bytes = baker.bake(address).to_bytes(&WORLD);
+    let head = TileHead::from_bytes(&bytes, &WORLD, address, &layout).expect("a head");
+    let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i]));
+    let reason = |at: usize, value: u32| {
+        let mut wrong = bytes.clone();
+        wrong[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        repair(&mut wrong, &head);
+        let found = Tile::from_bytes(&wrong, &WORLD, address, &layout);
+        found
+            .err()
+            .map_or_else(String::new, |error| error.to_string())
+    };
+    // The finest level: kinds of cells, words of those without a brick, and materials.
+    let nth = TIER_LEVELS as usize - 1;
+    let [pages, bricks] = [0, 4].map(|at| word(64 + 32 * nth + at) as usize);
+    let begin = head.bytes_to(1) as usize;
+    let words = begin + 8 * pages;
+    let materials = words + 4 * (8 * pages - bricks);
+    assert!(bricks > 0 && materials > words);
+    for wrong in [0, 5, 0x7fff_ffff, 0x8000_0001, 0xbfff_fffe, 0xbfc0_0000] {
+        assert!(
+            reason(words, wrong).ends_with("the distance of a cell"),
+            "{wrong:x}"
+        );
+    }
+    for wrong in [0x8000_ffff, u32::MAX] {
+        assert!(reason(materials, wrong).ends_with("the material of a brick"));
+    }
+    assert!(reason(64 + 32 * nth + 12, u32::MAX).ends_with("the counts"));
+    // A level without pages, although cells are refined to it.
+    let mut wrong = bytes[..begin].to_vec();
+    wrong[64 + 32 * nth..][..16].fill(0);
+    let end = TileHead::BYTES;
+    let own = blake3::hash(&wrong[..end - 32]);
+    wrong[end - 32..end].copy_from_slice(own.as_bytes());
+    let found = Tile::from_bytes(&wrong, &WORLD, address, &layout);
+    assert!(matches!(found, Err(TileError::Contents(_))));
 }
 
 /// A tile whose levels come one after another is the one that was read at once. What is damaged is seen at its level.

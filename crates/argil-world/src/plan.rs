@@ -157,7 +157,7 @@ impl WorldPlan {
             );
             return Err(WorldError::plan("the scene", reason));
         }
-        let grid = prepared.layout.level(0).voxel_grid;
+        let grid = *prepared.layout.level(0).voxel_grid();
         let text = scene.to_json().trim().to_owned();
         let broken = |error: serde_json::Error| WorldError::plan("the scene", error.to_string());
         let compact: Box<RawValue> = RawValue::from_string(text).map_err(broken)?;
@@ -354,7 +354,7 @@ impl WorldPlan {
             let reason = format!("it has {levels} levels, and the plan {}", self.levels);
             return Err(WorldError::Changed(reason));
         }
-        let grid = prepared.layout.level(0).voxel_grid;
+        let grid = *prepared.layout.level(0).voxel_grid();
         if grid.begin.to_array() != self.begin || grid.size.to_array() != self.size {
             let reason = format!(
                 "it has {} voxels from {}, and the plan tells {:?} from {:?}",

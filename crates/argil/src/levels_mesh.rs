@@ -37,12 +37,12 @@ impl World {
         let budget = available_memory().unwrap_or(u64::MAX) / BRICKS_SHARE;
         let refuse = |error: BricksError| without_budget(error.into(), None);
         // A mesh does not reach to the horizon.
-        let grid = levels.layout().level(0).voxel_grid;
+        let grid = *levels.layout().level(0).voxel_grid();
         let layout = if grid.is_clipped {
             let grid = grid.recomputed(program.aabb(), Some(self.view_bounds()));
             let grid = grid.map_err(BricksError::from).map_err(refuse)?;
             let settings = BrickSettings {
-                encoding: levels.layout().level(0).encoding,
+                encoding: *levels.layout().level(0).encoding(),
                 ..BrickSettings::default()
             };
             LevelsLayout::new(grid, &settings).map_err(refuse)?

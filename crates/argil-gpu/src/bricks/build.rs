@@ -161,10 +161,11 @@ impl<'a> BrickBuilder<'a> {
             };
             let order = BuildParams {
                 words,
-                fill: self
-                    .layout
-                    .encoding
-                    .fill_uniform(self.program, &self.layout.voxel_grid, 0),
+                fill: self.layout.encoding().fill_uniform(
+                    self.program,
+                    &self.layout.voxel_grid(),
+                    0,
+                ),
                 prune,
                 instructions: &self.instructions,
                 length: run.instructions.len(),
@@ -224,7 +225,7 @@ pub(super) fn volume_of(
     texture: wgpu::Texture,
     mut tables: BrickTables,
 ) -> Result<GpuVolume, GpuError> {
-    let measures = (tables.layout.voxel_grid, tables.layout.encoding);
+    let measures = (*tables.layout.voxel_grid(), *tables.layout.encoding());
     tables.describe();
     GpuVolume::new(field, measures, texture, tables)
 }

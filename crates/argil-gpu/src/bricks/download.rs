@@ -22,8 +22,8 @@ pub(super) async fn read(
     tables: &BrickTables,
 ) -> Result<Bricks, GpuError> {
     let measures = tables.layout;
-    let side = (measures.brick_size_voxels + 1) as usize;
-    let bytes = measures.encoding.format.bytes();
+    let side = (measures.brick_size_voxels() + 1) as usize;
+    let bytes = measures.encoding().format.bytes();
     let [nx, ny, nz] = tables.pool;
     let (width, height) = (nx as usize * side, ny as usize * side);
     let layer_bytes = (width * height * side * bytes) as u64;
@@ -63,7 +63,7 @@ pub(super) async fn read(
             gpu,
             texture,
             0,
-            gpu.texels(measures.encoding.format),
+            gpu.texels(measures.encoding().format),
             [width as u32, height as u32],
             first * side as u32..(first + count) * side as u32,
         )
@@ -90,7 +90,7 @@ pub(super) async fn read(
     if used.is_empty() {
         samples.fill(0);
     }
-    let bits: SampleFormat = measures.encoding.format;
+    let bits: SampleFormat = measures.encoding().format;
     let pool = Texels::from_bytes(bits, samples).ok_or_else(|| odd("half a sample"))?;
     let materials = read_looks(gpu, tables, &used).await?;
     let cells = (tables.cells.table.clone(), words);

@@ -84,12 +84,12 @@ impl BrickTables {
         gpu: &Gpu,
         layout: BrickLayout,
     ) -> Result<(), GpuError> {
-        self.layout.voxel_grid = layout.voxel_grid;
+        self.layout = layout;
         let [low, high] = layout.block_range();
         self.cells.table.grow_to(low, high);
         self.cells.follow(gpu, &[])?;
         self.describe();
-        body.voxel_grid = layout.voxel_grid;
+        body.voxel_grid = *layout.voxel_grid();
         Ok(())
     }
 
@@ -240,7 +240,9 @@ impl EditRun<'_> {
                 table: tables.cells.described(),
                 ..layout.build_uniform(program)
             },
-            fill: layout.encoding.fill_uniform(program, &layout.voxel_grid, 0),
+            fill: layout
+                .encoding()
+                .fill_uniform(program, &layout.voxel_grid(), 0),
             prune,
             instructions: &making.instructions,
             length: blocks.instructions.len(),

@@ -118,10 +118,10 @@ fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
 fn tables_of(levels: &Levels, pool: [u32; 3]) -> Vec<u32> {
     let layout = levels.layout();
     let finest = layout.level(0);
-    let grid = &finest.voxel_grid;
+    let grid = &finest.voxel_grid();
     let (low, size, roots) = levels.roots();
     let (first, last) = levels.voxel_range();
-    let band = finest.encoding.band_width(grid, 0) / grid.voxel_size;
+    let band = finest.encoding().band_width(grid, 0) / grid.voxel_size;
     let mut all = vec![1, layout.root(), grid.voxel_size.to_bits(), band.to_bits()];
     for corner in [low, size, first, last] {
         all.extend(corner.to_array().map(|c| c as u32));

@@ -147,7 +147,7 @@ pub(super) fn check(
     layout: &BrickLayout,
 ) -> Result<(), GpuError> {
     check_depth(program)?;
-    let each = u64::from(samples_per_thread(layout.brick_size_voxels)).max(EVALUATIONS_TO_PRUNE);
+    let each = u64::from(samples_per_thread(layout.brick_size_voxels())).max(EVALUATIONS_TO_PRUNE);
     if u64::from(field.budget) < each {
         return Err(GpuError::TooLong {
             name: field.gpu().info.name.clone(),

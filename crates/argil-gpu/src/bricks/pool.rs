@@ -95,8 +95,8 @@ impl BrickTables {
         let gpu = field.gpu();
         let passes = BrickPasses::of(
             field,
-            self.layout.encoding.format,
-            self.layout.brick_size_voxels,
+            self.layout.encoding().format,
+            self.layout.brick_size_voxels(),
         )?;
         let capacity: u64 = pool.map(u64::from).iter().product();
         let moved = pool_texture(gpu, &self.layout, pool)?;

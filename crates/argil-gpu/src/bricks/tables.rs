@@ -56,7 +56,7 @@ pub(super) fn bytes_of(
     let bricks: u64 = pool.map(u64::from).iter().product();
     // With a stack of free slots.
     let of_mixed = (8 * PLACES + 4) * mixed;
-    let brick = gpu.texture_bytes(measures.encoding.format, measures.brick_bytes());
+    let brick = gpu.texture_bytes(measures.encoding().format, measures.brick_bytes());
     cells.memory_bytes() + bricks * (brick + 8) + of_mixed
 }
 
@@ -67,7 +67,7 @@ pub(super) fn pool_for(
     bricks: u64,
 ) -> Result<[u32; 3], GpuError> {
     let limit = gpu.device.limits().max_texture_dimension_3d;
-    let most = limit / (measures.brick_size_voxels + 1);
+    let most = limit / (measures.brick_size_voxels() + 1);
     let bricks = bricks.max(1);
     let side = ((bricks as f64).cbrt().ceil() as u32).clamp(1, most.max(1));
     let depth = bricks.div_ceil(u64::from(side) * u64::from(side));
@@ -86,8 +86,8 @@ pub(super) fn pool_texture(
     measures: &BrickLayout,
     pool: [u32; 3],
 ) -> Result<wgpu::Texture, GpuError> {
-    let [x, y, z] = pool.map(|n| n * (measures.brick_size_voxels + 1));
-    texture_of(gpu, extent(x, y, z), measures.encoding.format, 1)
+    let [x, y, z] = pool.map(|n| n * (measures.brick_size_voxels() + 1));
+    texture_of(gpu, extent(x, y, z), measures.encoding().format, 1)
 }
 
 /// The uniform that reads of bricks need, which has nothing of the field.
@@ -97,19 +97,19 @@ pub(super) fn march_words(
     pool: [u32; 3],
     lipschitz: f32,
 ) -> BrickUniform {
-    let voxel_grid = &measures.voxel_grid;
+    let voxel_grid = &measures.voxel_grid();
     let [low, high] = [measures.first_cell(), measures.end_cell()];
     BrickUniform {
         corner: voxel_grid.corner.to_array(),
-        band_width: measures.encoding.band_width(voxel_grid, 0),
+        band_width: measures.encoding().band_width(voxel_grid, 0),
         extent: voxel_grid.extent().to_array(),
         voxel_size: voxel_grid.voxel_size,
-        inv_pool_size: pool.map(|n| 1.0 / (n * (measures.brick_size_voxels + 1)) as f32),
+        inv_pool_size: pool.map(|n| 1.0 / (n * (measures.brick_size_voxels() + 1)) as f32),
         slope: 1.000_01 * lipschitz * voxel_grid.voxel_size,
         size_x: voxel_grid.size.x,
         size_y: voxel_grid.size.y,
         size_z: voxel_grid.size.z,
-        brick_size_voxels: measures.brick_size_voxels,
+        brick_size_voxels: measures.brick_size_voxels(),
         begin_x: voxel_grid.begin.x,
         begin_y: voxel_grid.begin.y,
         begin_z: voxel_grid.begin.z,
@@ -123,7 +123,7 @@ pub(super) fn march_words(
         high_z: high.z,
         pool_y: pool[1],
         table: cells.described(),
-        max_code: measures.encoding.format.max_code(),
+        max_code: measures.encoding().format.max_code(),
         ..BrickUniform::default()
     }
 }

@@ -206,7 +206,7 @@ impl LevelPool {
 
 /// Returns the format of the texture. Shaders never write it, so 8 bits need no wider format.
 fn format_for(gpu: &Gpu, levels: &Levels) -> TexelFormat {
-    match levels.layout().level(0).encoding.format {
+    match levels.layout().level(0).encoding().format {
         SampleFormat::Snorm8 => TexelFormat::Plain(SampleFormat::Snorm8),
         bits => gpu.texels(bits),
     }

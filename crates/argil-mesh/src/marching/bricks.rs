@@ -53,7 +53,7 @@ fn march_with(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLoops) {
     if bricks.is_empty() {
         return <(MarchedMesh, CellLoops)>::default();
     }
-    match bricks.layout().encoding.format {
+    match bricks.layout().encoding().format {
         SampleFormat::Snorm8 => march_of::<i8>(bricks, with_rings),
         SampleFormat::Snorm16 => march_of::<i16>(bricks, with_rings),
     }
@@ -190,7 +190,7 @@ struct All<'a, T> {
 impl<'a, T: Texel> All<'a, T> {
     fn new(bricks: &'a Bricks, pool: &'a [T]) -> Self {
         let layout = bricks.layout();
-        let side = layout.brick_size_voxels as usize;
+        let side = layout.brick_size_voxels() as usize;
         let points = side + 1;
         let rows = points * points;
         let own: Vec<BrickVertices> = bricks
@@ -343,9 +343,9 @@ impl<'a, T: Texel> All<'a, T> {
     ) {
         let bits = self.bits(brick);
         let layout = self.bricks.layout();
-        let voxel_grid = &layout.voxel_grid;
-        let unit =
-            layout.encoding.band_width(voxel_grid, 0) / layout.encoding.format.max_code() as f32;
+        let voxel_grid = &layout.voxel_grid();
+        let unit = layout.encoding().band_width(voxel_grid, 0)
+            / layout.encoding().format.max_code() as f32;
         let length = self.rows * self.points;
         let samples = &self.pool[brick * length..][..length];
         let own = &self.own[brick];

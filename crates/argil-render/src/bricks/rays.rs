@@ -13,7 +13,7 @@ pub(crate) enum BrickRays<'a> {
 
 impl<'a> BrickRays<'a> {
     pub(super) fn new(bricks: &'a Bricks) -> Option<Self> {
-        match bricks.layout().encoding.format {
+        match bricks.layout().encoding().format {
             SampleFormat::Snorm8 => BrickSampler::new(bricks).map(Self::Eight),
             SampleFormat::Snorm16 => BrickSampler::new(bricks).map(Self::Sixteen),
         }
@@ -58,15 +58,15 @@ impl<'a> BrickRays<'a> {
 
     pub(super) fn voxel(&self) -> f32 {
         match self {
-            Self::Eight(sampler) => sampler.layout().voxel_grid.voxel_size,
-            Self::Sixteen(sampler) => sampler.layout().voxel_grid.voxel_size,
+            Self::Eight(sampler) => sampler.layout().voxel_grid().voxel_size,
+            Self::Sixteen(sampler) => sampler.layout().voxel_grid().voxel_size,
         }
     }
 
     pub(super) fn bounds(&self) -> argil_math::Aabb {
         match self {
-            Self::Eight(sampler) => sampler.layout().voxel_grid.aabb(),
-            Self::Sixteen(sampler) => sampler.layout().voxel_grid.aabb(),
+            Self::Eight(sampler) => sampler.layout().voxel_grid().aabb(),
+            Self::Sixteen(sampler) => sampler.layout().voxel_grid().aabb(),
         }
     }
 }

@@ -49,7 +49,7 @@ pub(super) fn place<T: Texel>(
     t: &[f32],
     out: &mut [[f32; LANES]; 3],
 ) {
-    let voxel_grid = &sampler.layout().voxel_grid;
+    let voxel_grid = &sampler.layout().voxel_grid();
     let per_voxel = 1.0 / voxel_grid.voxel_size;
     for axis in 0..3 {
         let (eye, corner) = (frame.eye[axis], voxel_grid.corner[axis]);
@@ -120,8 +120,8 @@ fn leaves<T: Texel>(
 ) {
     let layout = sampler.layout();
     let (voxel, brick) = (
-        layout.voxel_grid.voxel_size,
-        layout.brick_size_voxels as f32,
+        layout.voxel_grid().voxel_size,
+        layout.brick_size_voxels() as f32,
     );
     leave[..n].fill(f32::MAX);
     let block = BLOCK_SIDE as f32;
@@ -220,7 +220,7 @@ fn step<T: Texel>(
 ) {
     let n = range.len();
     let layout = sampler.layout();
-    let voxel = layout.voxel_grid.voxel_size;
+    let voxel = layout.voxel_grid().voxel_size;
     let scale = frame.inv_lipschitz;
     let (is_first, is_last) = (steps == 1, steps >= frame.max_steps);
     let [dx, dy, dz] = &wave.direction;

@@ -84,7 +84,7 @@ fn measures<T: Texel>(
     lanes: &NearLanes,
 ) -> VoxelMeasures {
     let RayPositions { sampler, u, .. } = places;
-    let voxel = sampler.layout().voxel_grid.voxel_size;
+    let voxel = sampler.layout().voxel_grid().voxel_size;
     let mut measures = VoxelMeasures {
         voxel: [voxel; LANES],
         quantum: [sampler.quantum(); LANES],

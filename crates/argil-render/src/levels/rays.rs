@@ -44,7 +44,7 @@ pub(super) use either;
 impl<'a> LevelRays<'a> {
     pub(super) fn new(levels: &'a Levels, frame: &FrameUniform) -> Option<Self> {
         let eye = Vec3::from(frame.eye);
-        let sampler = match levels.layout().level(0).encoding.format {
+        let sampler = match levels.layout().level(0).encoding().format {
             SampleFormat::Snorm8 => LevelSampler::new(levels, eye).map(FormatSampler::Eight),
             SampleFormat::Snorm16 => LevelSampler::new(levels, eye).map(FormatSampler::Sixteen),
         };
@@ -156,7 +156,7 @@ impl<'a, 'b> LevelCones<'a, 'b> {
 
 impl ConeDistances for LevelCones<'_, '_> {
     fn bounds(&self) -> Aabb {
-        self.rays.levels().layout().level(0).voxel_grid.aabb()
+        self.rays.levels().layout().level(0).voxel_grid().aabb()
     }
 
     fn clearances(&mut self, points: [&[f32]; 3], t: &[f32], out: &mut [f32], voxel: &mut [f32]) {

@@ -1,5 +1,5 @@
 use super::inner_cell;
-use crate::{Band, Encoding, SampleFormat, TooFarError, VoxelGrid};
+use crate::{Band, Encoding, MAX_VOXEL_INDEX, SampleFormat, TooFarError, VoxelGrid};
 use argil_abi::BrickBuildUniform;
 use argil_field::Program;
 use argil_math::Aabb;
@@ -44,6 +44,11 @@ pub enum BricksError {
     /// The brick size is not supported.
     #[error("brick size {0}: sparse bricks take 4, 8 or 16 voxels per side")]
     Brick(u32),
+    /// The grid has no voxels, too many, or a corner or voxel size that is no length.
+    #[error(
+        "the voxel grid must have finite lengths and at least one voxel, and reach at most {MAX_VOXEL_INDEX} voxels from its corner"
+    )]
+    Grid,
     /// The brick size is not supported by levels of detail.
     #[error("brick size {0}: levels of detail have bricks of 8 voxels per side")]
     LevelBrick(u32),
@@ -99,25 +104,27 @@ pub enum BricksError {
 }
 
 /// The layout of cells and bricks. Cells are counted from the grid's corner, in both directions.
+///
+/// Its parts fit each other, as [`BrickLayout::new`] checked. Samplers rely on that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickLayout {
-    /// The voxel grid.
-    pub voxel_grid: VoxelGrid,
-    /// How samples are stored.
-    pub encoding: Encoding,
-    /// Voxels along a brick's side.
-    pub brick_size_voxels: u32,
+    pub(crate) voxel_grid: VoxelGrid,
+    pub(crate) encoding: Encoding,
+    pub(crate) brick_size_voxels: u32,
 }
 
 impl BrickLayout {
     /// Checks settings for a voxel grid.
     ///
     /// # Errors
-    /// If the brick size or the encoding is not supported, or the grid is too large.
+    /// If the brick size or the encoding is not supported, or the grid is too large or no grid.
     pub fn new(voxel_grid: VoxelGrid, settings: &BrickSettings) -> Result<Self, BricksError> {
         let brick = settings.brick_size_voxels;
         if ![4, 8, 16].contains(&brick) {
             return Err(BricksError::Brick(brick));
+        }
+        if !voxel_grid.is_countable() {
+            return Err(BricksError::Grid);
         }
         let band = settings.encoding.band_width(&voxel_grid, 0) / voxel_grid.voxel_size;
         if band.is_nan() || band < 2.0 {
@@ -128,6 +135,33 @@ impl BrickLayout {
             encoding: settings.encoding,
             brick_size_voxels: brick,
         })
+    }
+
+    /// Returns a layout of the same bricks over another grid.
+    ///
+    /// # Errors
+    /// If the grid is too large or no grid.
+    pub fn with_grid(&self, voxel_grid: VoxelGrid) -> Result<Self, BricksError> {
+        let settings = BrickSettings {
+            encoding: self.encoding,
+            brick_size_voxels: self.brick_size_voxels,
+        };
+        Self::new(voxel_grid, &settings)
+    }
+
+    /// Returns the voxel grid.
+    pub fn voxel_grid(&self) -> &VoxelGrid {
+        &self.voxel_grid
+    }
+
+    /// Returns how samples are stored.
+    pub fn encoding(&self) -> &Encoding {
+        &self.encoding
+    }
+
+    /// Returns the number of voxels along a brick's side: 4, 8 or 16.
+    pub fn brick_size_voxels(&self) -> u32 {
+        self.brick_size_voxels
     }
 
     /// Returns the first cell that the grid's box touches.

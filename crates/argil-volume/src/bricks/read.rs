@@ -24,7 +24,7 @@ impl Bricks {
     /// for brick in bricks.iter() {
     ///     let first = brick.distances().next().expect("samples");
     ///     let exact = program.distance(brick.position(0));
-    ///     let band = layout.encoding.band_width(&layout.voxel_grid, 0);
+    ///     let band = layout.encoding().band_width(layout.voxel_grid(), 0);
     ///     assert!((first - exact.clamp(-band, band)).abs() < 1e-4 * band);
     /// }
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -19,6 +19,11 @@ const NODE: usize = 1 << (3 * NODE_BITS);
 const MAX_TOP: u64 = 1 << 16;
 /// Maximum levels: enough for all voxels that can be counted.
 const MAX_LEVELS: u32 = 7;
+/// Farthest block from the grid's corner, along an axis. All voxels that can be counted are nearer.
+const MAX_BLOCK: i32 = 1 << 20;
+/// Maximum entries, and maximum slots: words are numbered with 32 bits.
+const MAX_ENTRIES: usize = 1 << 30;
+const MAX_SLOTS: usize = 1 << 26;
 /// The block of a slot that has none.
 const NONE: IVec3 = IVec3::splat(i32::MIN / 64);
 const _: () = assert!(FAR_SLOTS == 2 * (MAX_LEVELS + 1), "two for each level");
@@ -64,6 +69,9 @@ pub fn far_words(far: f32) -> Vec<u32> {
 
 impl BlockTable {
     /// Creates a table without blocks, for blocks from `low` to before `high`.
+    ///
+    /// # Panics
+    /// If one of them is a million blocks away from the grid's corner.
     pub fn new(low: IVec3, high: IVec3) -> Self {
         let mut table = Self {
             low,
@@ -156,8 +164,11 @@ impl BlockTable {
     }
 
     /// Inserts a block and returns its slot. The box of blocks grows to contain it.
+    ///
+    /// # Panics
+    /// If the block is a million blocks away from the grid's corner, or the table would have more than 2²⁶ blocks or 2³⁰ entries.
     pub fn insert(&mut self, block: IVec3) -> u32 {
-        self.grow_to(block, block + 1);
+        self.grow_to(block, block.saturating_add(IVec3::ONE));
         let at = block - self.low;
         let mut place = self.top_place(at);
         for level in (0..self.levels).rev() {
@@ -170,6 +181,7 @@ impl BlockTable {
         let slot = match self.free.pop() {
             Some(slot) => slot,
             None => {
+                assert!(self.blocks.len() < MAX_SLOTS, "at most {MAX_SLOTS} blocks");
                 self.blocks.push(NONE);
                 self.blocks.len() as u32 - 1
             }
@@ -187,6 +199,9 @@ impl BlockTable {
     }
 
     /// Marks the blocks from `low` to before `high` as far from everything, on one side, and removes existing ones.
+    ///
+    /// # Panics
+    /// If the table would have more than 2³⁰ entries.
     pub fn set_far(&mut self, low: IVec3, high: IVec3, inside: bool) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         let (low, high) = (low.max(self.low), high.min(end));
@@ -276,6 +291,7 @@ impl BlockTable {
             }
             None => {
                 let node = self.entries.len();
+                assert!(node + NODE <= MAX_ENTRIES, "at most {MAX_ENTRIES} entries");
                 self.entries.resize(node + NODE, below);
                 self.note(node..node + NODE);
                 node
@@ -304,6 +320,9 @@ impl BlockTable {
     }
 
     /// Grows to contain the blocks from `low` to before `high`.
+    ///
+    /// # Panics
+    /// If one of them is a million blocks away from the grid's corner.
     pub fn grow_to(&mut self, low: IVec3, high: IVec3) {
         let end = self.low + (self.size.as_ivec3() << (NODE_BITS * self.levels));
         if low.cmplt(self.low).any() || high.cmpgt(end).any() {
@@ -314,6 +333,10 @@ impl BlockTable {
 
     /// Builds the tree again over a larger box.
     fn reroot(&mut self, low: IVec3, high: IVec3) {
+        assert!(
+            low.min_element() >= -MAX_BLOCK && high.max_element() <= MAX_BLOCK,
+            "blocks from {low} to {high}"
+        );
         let old = self.clone();
         let extent = (high - low).max(IVec3::ONE).as_uvec3();
         let mut levels = 0;

@@ -9,7 +9,12 @@ use crate::{
 use argil_abi::GpuMaterial;
 use argil_field::IncrementalProgram;
 use glam::{IVec3, UVec3, Vec3};
+use rustc_hash::FxHashSet;
+use std::cmp::Reverse;
 use web_time::Instant;
+
+/// Blocks along the side of the largest empty cube that a file can have.
+const MAX_CUBE: i32 = 1 << 21;
 
 impl VolumeKind for Bricks {
     const KIND: u32 = 3;
@@ -177,10 +182,7 @@ fn blocks_of(
     layout: &BrickLayout,
     cells: &[u32],
 ) -> Result<(BlockTable, Vec<u32>), VolumeError> {
-    let signed = |section| -> Result<Vec<i32>, VolumeError> {
-        Ok(file.words(section)?.iter().map(|&w| w as i32).collect())
-    };
-    let blocks = signed(Section::Blocks)?;
+    let blocks = file.signed(Section::Blocks)?;
     let (blocks, rest) = blocks.as_chunks::<3>();
     if !rest.is_empty() || cells.len() != 64 * blocks.len() {
         return Err(file.fault(Section::Blocks, "there are not as many as cells"));
@@ -188,31 +190,77 @@ fn blocks_of(
     let farthest = MAX_VOXEL_INDEX / (layout.brick_size_voxels * BLOCK_SIDE) as i32 + 1;
     let is_near = |c: &i32| (-farthest..=farthest).contains(c);
     let [low, high] = layout.block_range();
-    let mut table = BlockTable::new(low, high);
-    let inside = signed(Section::FarInside)?;
-    let (inside, rest) = inside.as_chunks::<4>();
-    for &[x, y, z, side] in inside {
-        let first = IVec3::new(x, y, z);
-        let is_cube = [x, y, z].iter().all(is_near)
-            && (1..=1 << 21).contains(&side)
-            && side.ilog2() % 3 == 0
-            && side.count_ones() == 1
-            && first.rem_euclid(IVec3::splat(side)) == IVec3::ZERO;
-        if !is_cube || !rest.is_empty() {
-            return Err(file.fault(Section::FarInside, "a cube that cannot be"));
+    let (mut first, mut last) = (low, high);
+    for block in blocks {
+        if !block.iter().all(is_near) {
+            return Err(file.fault(Section::Blocks, "a block that cannot be"));
         }
+        let at = IVec3::from_array(*block);
+        (first, last) = (first.min(at), last.max(at + 1));
+    }
+    let mut table = BlockTable::new(first, last);
+    // What a file takes in memory is limited by its size.
+    let check = |table: &BlockTable, section| match table.memory_bytes() <= file.max_memory_bytes()
+    {
+        true => Ok(()),
+        false => Err(file.fault(section, "the table would be too large for the file")),
+    };
+    check(&table, Section::Blocks)?;
+    for [x, y, z, side] in far_inside(file, &is_near)? {
+        let first = IVec3::new(x, y, z);
         table.set_far(first, first + side, true);
+        check(&table, Section::FarInside)?;
     }
     let mut words = vec![0; FAR_SLOTS as usize * 64];
     for (block, own) in blocks.iter().zip(cells.as_chunks::<64>().0) {
         let at = IVec3::from_array(*block);
-        if !block.iter().all(is_near) || table.find(at).is_some() {
-            return Err(file.fault(Section::Blocks, "an invalid or duplicate block"));
+        if table.find(at).is_some() {
+            return Err(file.fault(Section::Blocks, "a duplicate block"));
         }
         table.insert(at);
+        check(&table, Section::Blocks)?;
         words.extend(own);
     }
     Ok((table, words))
+}
+
+/// Returns the empty cubes inside the solid: their first blocks and their sides.
+fn far_inside(
+    file: &FileReader<'_>,
+    is_near: &impl Fn(&i32) -> bool,
+) -> Result<Vec<[i32; 4]>, VolumeError> {
+    let fault = |reason| file.fault(Section::FarInside, reason);
+    let cubes = file.signed(Section::FarInside)?;
+    let (cubes, rest) = cubes.as_chunks::<4>();
+    let mut cubes = cubes.to_vec();
+    // Those that could contain others come first.
+    cubes.sort_unstable_by_key(|&[x, y, z, side]| (Reverse(side), x, y, z));
+    let mut known = FxHashSet::default();
+    for &[x, y, z, side] in &cubes {
+        let first = IVec3::new(x, y, z);
+        let is_cube = |side: i32| {
+            (1..=MAX_CUBE).contains(&side)
+                && side.ilog2().is_multiple_of(3)
+                && side.count_ones() == 1
+        };
+        if !rest.is_empty()
+            || !is_cube(side)
+            || ![x, y, z].iter().all(is_near)
+            || first.rem_euclid(IVec3::splat(side)) != IVec3::ZERO
+        {
+            return Err(fault("a cube that cannot be"));
+        }
+        let mut around = side;
+        while around <= MAX_CUBE {
+            let corner = first.div_euclid(IVec3::splat(around)) * around;
+            if known.contains(&(corner, around)) {
+                return Err(fault("two cubes overlap"));
+            }
+            around *= 8;
+        }
+        known.insert((first, side));
+    }
+    Ok(cubes)
 }
 
 /// Returns the table of blocks for files of version 1, which store the words of all blocks in the box. Far blocks

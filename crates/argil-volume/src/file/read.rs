@@ -7,8 +7,9 @@ use super::write::{DESCRIPTION_WORDS, DESCRIPTION_WORDS_1};
 use crate::representation::FromFileError;
 use crate::{Band, Encoding, SampleFormat, Volume, VoxelGrid};
 use glam::{UVec3, Vec3};
-use memmap2::{Mmap, MmapMut};
+use memmap2::MmapMut;
 use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -54,7 +55,7 @@ impl VolumeFile {
         read.is_ok() && begin == MAGIC
     }
 
-    /// Reads a file by mapping it into memory. No other program may shorten the file meanwhile.
+    /// Reads a file into memory. Samples stay where they were read. Other programs may change the file meanwhile or later.
     ///
     /// # Errors
     /// If the file cannot be read, is not a volume file, is of a newer version, or is damaged. The error names the
@@ -77,31 +78,41 @@ fn open(path: &Path) -> Result<VolumeFile, VolumeError> {
         path: path.into(),
         source,
     };
-    let file = File::open(path).map_err(io)?;
+    let mut file = File::open(path).map_err(io)?;
     let metadata = file.metadata().map_err(io)?;
     if !metadata.is_file() {
         return Err(io(std::io::Error::other("is not a file")));
     }
-    if metadata.len() == 0 {
+    if !VolumeFile::is_volume_file(path) {
         return Err(VolumeError::NotAVolumeFile(path.into()));
     }
-    // SAFETY: the map is only read. That nobody cuts the file short in the meantime is asked for in the module's text.
-    let map = unsafe { Mmap::map(&file) }.map_err(io)?;
-    read(FileReader::new(Arc::new(map), path)?)
+    let length =
+        usize::try_from(metadata.len()).map_err(|_| io(std::io::ErrorKind::FileTooLarge.into()))?;
+    let mut bytes = MmapMut::map_anon(length).map_err(io)?;
+    file.read_exact(&mut bytes).map_err(io)?;
+    read_bytes(bytes, path)
 }
 
 fn copied(bytes: &[u8], path: &Path) -> Result<VolumeFile, VolumeError> {
-    let io = |source| VolumeError::Io {
-        path: path.into(),
-        source,
-    };
     if bytes.is_empty() {
         return Err(VolumeError::NotAVolumeFile(path.into()));
     }
-    let mut map = MmapMut::map_anon(bytes.len()).map_err(io)?;
+    let map = MmapMut::map_anon(bytes.len());
+    let mut map = map.map_err(|source| VolumeError::Io {
+        path: path.into(),
+        source,
+    })?;
     map.copy_from_slice(bytes);
-    let map = map.make_read_only().map_err(io)?;
-    read(FileReader::new(Arc::new(map), path)?)
+    read_bytes(map, path)
+}
+
+/// Reads bytes that nothing else can change.
+fn read_bytes(bytes: MmapMut, path: &Path) -> Result<VolumeFile, VolumeError> {
+    let bytes = bytes.make_read_only().map_err(|source| VolumeError::Io {
+        path: path.into(),
+        source,
+    })?;
+    read(FileReader::new(Arc::new(bytes), path)?)
 }
 
 fn read(file: FileReader<'_>) -> Result<VolumeFile, VolumeError> {

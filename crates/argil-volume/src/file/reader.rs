@@ -8,6 +8,11 @@ use memmap2::Mmap;
 use std::path::Path;
 use std::sync::Arc;
 
+/// Bytes of memory that tables may take for each byte of a file, and for any file. A block takes 268 bytes, and at most seven nodes
+/// of 2 KiB.
+const MEMORY_PER_BYTE: u64 = 64;
+const FREE_BYTES: u64 = 1 << 20;
+
 /// A volume file with a valid header, table and checksums.
 #[derive(Debug)]
 pub struct FileReader<'a> {
@@ -130,6 +135,16 @@ impl<'a> FileReader<'a> {
             return Err(self.fault(section, "its length is not a multiple of 4 bytes"));
         }
         Ok(words.iter().map(|&w| u32::from_le_bytes(w)).collect())
+    }
+
+    /// Returns a section's numbers with signs.
+    pub(crate) fn signed(&self, section: Section) -> Result<Vec<i32>, VolumeError> {
+        Ok(bytemuck::allocation::cast_vec(self.words(section)?))
+    }
+
+    /// Returns the most bytes that tables of the file's contents may take.
+    pub(crate) fn max_memory_bytes(&self) -> u64 {
+        FREE_BYTES + MEMORY_PER_BYTE * self.map.len() as u64
     }
 
     /// Returns the samples of a level, without copying.

@@ -26,7 +26,7 @@ impl Levels {
     }
 
     /// Returns the same pages with other words, children, and bricks, as a copy has them. Returns `None` if they are
-    /// not as many.
+    /// not as many, or samples have another format.
     pub fn with_contents(&self, words: Vec<u32>, children: Vec<u32>, pool: Texels) -> Option<Self> {
         let sizes = [words.len(), children.len(), pool.bytes().len()];
         let own = [
@@ -34,7 +34,7 @@ impl Levels {
             self.children.len(),
             self.store.pool.bytes().len(),
         ];
-        if sizes != own {
+        if sizes != own || pool.bits() != self.store.pool.bits() {
             return None;
         }
         let mut copy = self.clone();

@@ -20,7 +20,7 @@ pub(crate) const MAX_LEVELS: u32 = 20;
 /// let grid = VoxelGrid::fitting(Aabb::centered([1.0; 3].into()), None, 1024)?;
 /// let layout = LevelsLayout::new(grid, &BrickSettings { brick_size_voxels: 8, ..Default::default() })?;
 /// assert_eq!(layout.count(), 7);
-/// assert_eq!(layout.level(4).voxel_grid.voxel_size, 16.0 * grid.voxel_size);
+/// assert_eq!(layout.level(4).voxel_grid().voxel_size, 16.0 * grid.voxel_size);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

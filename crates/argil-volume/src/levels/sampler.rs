@@ -99,7 +99,10 @@ impl<'a, T: Texel> LevelSampler<'a, T> {
         let (eye_voxel, eye_inner) = split_position(grid, eye);
         // Searches read without bounds checks.
         let (cells, pages) = (8 * levels.pages().len(), levels.pages().len());
-        let is_whole = levels.words().len() == cells && levels.children().len() == cells;
+        let samples = u64::from(layout.brick_samples()) * levels.brick_count().max(1);
+        let is_whole = levels.words().len() == cells
+            && levels.children().len() == cells
+            && pool.len() as u64 >= samples;
         (is_whole && pages > 0).then(|| Self {
             levels,
             pages: levels.pages(),

@@ -168,7 +168,7 @@ impl<'a> CellReader<'a> {
             (None, Some(above)) => (above, own >> 1, up + 1, is_missing),
             (None, None) => return,
         };
-        let encoding = self.layout.level(0).encoding;
+        let encoding = *self.layout.level(0).encoding();
         for z in begin.z..end.z {
             for y in begin.y..end.y {
                 for x in begin.x..end.x {

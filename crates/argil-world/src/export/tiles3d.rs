@@ -47,7 +47,7 @@ struct Frame {
 
 impl Frame {
     fn of(layout: &LevelsLayout) -> Self {
-        let grid = layout.level(0).voxel_grid;
+        let grid = *layout.level(0).voxel_grid();
         let side = (CELLS as u32 * CELL as u32).ilog2();
         let last = grid.begin + grid.size.as_ivec3() - 1;
         let span = |level: u32| [grid.begin >> (side + level), last >> (side + level)];
@@ -177,9 +177,9 @@ pub(super) fn bytes_of(folder: &Path) -> u64 {
 
 /// Describes the tiles. Theirs have z up: y of glTF is z there, and the octree's axes are turned so that they are those of the world.
 fn tileset(layout: &LevelsLayout, frame: &Frame, finest: u32) -> serde_json::Value {
-    let voxel = layout.level(0).voxel_grid.voxel_size;
+    let voxel = layout.level(0).voxel_grid().voxel_size;
     let side = voxel * (CELLS * CELL as i32) as f32 * (1u32 << frame.top) as f32;
-    let corner = layout.level(0).voxel_grid.corner;
+    let corner = layout.level(0).voxel_grid().corner;
     let center = corner + side * (frame.first.as_vec3() + 1.0);
     let turned = |v: Vec3| [v.x, -v.z, v.y];
     let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| turned(side * axis));
@@ -242,7 +242,7 @@ fn mesh_of(
         is_refined,
         missing: Vec::new(),
     };
-    if has_surface && samples.flood(layout.level(0).encoding.band.voxels()) {
+    if has_surface && samples.flood(layout.level(0).encoding().band.voxels()) {
         // In voxels, from the corner.
         let grid = Grid {
             min: Vec3::ZERO,
@@ -255,9 +255,9 @@ fn mesh_of(
             mesh.normals = mesh.positions.iter().map(|&p| normal(&around, p)).collect();
             mesh.materials = materials(&mut reader, (level, first), &mesh, palette);
             add_strips(&mut mesh, samples.side() as f32 - 1.0);
-            let voxel = layout.level(level).voxel_grid.voxel_size;
+            let voxel = layout.level(level).voxel_grid().voxel_size;
             let begin = (CELL as i32 * first).as_vec3();
-            let corner = layout.level(0).voxel_grid.corner;
+            let corner = layout.level(0).voxel_grid().corner;
             for position in &mut mesh.positions {
                 *position = corner + voxel * (begin + *position);
             }

@@ -73,10 +73,10 @@ impl RepresentationOptions for BricksOptions {
         };
         let layout = bricks.layout();
         Some(Self {
-            resolution: layout.voxel_grid.size.max_element(),
+            resolution: layout.voxel_grid().size.max_element(),
             settings: BrickSettings {
-                encoding: layout.encoding,
-                brick_size_voxels: layout.brick_size_voxels,
+                encoding: *layout.encoding(),
+                brick_size_voxels: layout.brick_size_voxels(),
             },
             ..Self::default()
         })

@@ -93,11 +93,11 @@ impl RepresentationOptions for LevelsOptions {
         };
         let layout = levels.layout().level(0);
         Some(Self {
-            resolution: layout.voxel_grid.size.max_element(),
+            resolution: layout.voxel_grid().size.max_element(),
             voxel_size: None,
             settings: BrickSettings {
-                encoding: layout.encoding,
-                brick_size_voxels: layout.brick_size_voxels,
+                encoding: *layout.encoding(),
+                brick_size_voxels: layout.brick_size_voxels(),
             },
             pixel_error: levels.pixel_error(),
             memory_budget: levels.budget(),

@@ -84,7 +84,7 @@ impl Predictor {
 }
 
 /// The most bytes that a brick takes: all rows take all bits.
-const MOST_BYTES: usize = (LAYER * (WIDTH_BITS as usize + 16 * SIDE)).div_ceil(8);
+pub(super) const MAX_BRICK_BYTES: usize = (LAYER * (WIDTH_BITS as usize + 16 * SIDE)).div_ceil(8);
 
 /// Appends the samples of bricks.
 #[multiversion(targets(
@@ -175,7 +175,7 @@ fn surprises_of(changes: &[i16; BRICK_SAMPLES], rest: &mut [u16; BRICK_SAMPLES])
 
 /// Writes the bits of a brick.
 struct BitWriter {
-    bytes: [u8; MOST_BYTES + 8],
+    bytes: [u8; MAX_BRICK_BYTES + 8],
     /// Whole bytes that were written.
     at: usize,
     held: u64,
@@ -186,7 +186,7 @@ struct BitWriter {
 impl BitWriter {
     fn new() -> Self {
         Self {
-            bytes: [0; MOST_BYTES + 8],
+            bytes: [0; MAX_BRICK_BYTES + 8],
             at: 0,
             held: 0,
             count: 0,

@@ -11,12 +11,12 @@
 //! levels those that it wants: each is as long as all coarser ones four times. Which pages there are follows from the kinds:
 //! first the tile's own, then those of its cells with bricks that are not flat, level by level.
 
-use super::codec::{BRICK_SAMPLES, Reader, pack, unpack};
+use super::codec::{BRICK_SAMPLES, MAX_BRICK_BYTES, Reader, pack, unpack};
 use super::{CellKind, TIER_LEVELS, Tile, TileAddress, TilePage};
 use crate::bricks::PLACES;
 use crate::levels::LevelsLayout;
 use crate::levels::page::octant_place;
-use crate::{MISSING_BRICK, SampleFormat};
+use crate::{MISSING_BRICK, SampleFormat, center_of, empty_word};
 use argil_abi::BRICK_MIXED;
 use glam::IVec3;
 
@@ -131,6 +131,7 @@ impl TileHead {
                 || bricks > 8 * pages
                 || mixed > bricks
                 || (pages == 0) != (bytes == 0)
+                || u64::from(bytes) > max_bytes(pages, bricks, mixed)
             {
                 return Err(TileError::Contents("the counts"));
             }
@@ -155,6 +156,14 @@ impl TileHead {
         let levels: u64 = sections.iter().map(|own| u64::from(own.bytes)).sum();
         Self::BYTES as u64 + levels
     }
+}
+
+/// Returns the most bytes that a level with some pages, bricks and mixed bricks takes.
+fn max_bytes(pages: u32, bricks: u32, mixed: u32) -> u64 {
+    let [pages, bricks, mixed] = [pages, bricks, mixed].map(u64::from);
+    let word = size_of::<u32>() as u64;
+    let words = 8 * pages + bricks + 2 * PLACES as u64 * mixed;
+    8 * pages + word * words + MAX_BRICK_BYTES as u64 * bricks
 }
 
 fn bits_of(format: SampleFormat) -> u32 {
@@ -268,6 +277,9 @@ impl Tile {
             };
             if own.is_empty() {
                 // No page is refined to this level.
+                if nth > 0 && !self.places_below(false).is_empty() {
+                    return Err(TileError::Contents("the number of pages"));
+                }
                 self.finest_held -= 1;
                 continue;
             }
@@ -332,11 +344,18 @@ impl Tile {
             for (kind, word) in page.kinds.iter().zip(&mut page.words) {
                 if !kind.has_brick() {
                     *word = rest.word().ok_or_else(ends)?;
+                    if empty_word(center_of(*word)) != *word || !center_of(*word).is_finite() {
+                        return Err(TileError::Contents("the distance of a cell"));
+                    }
                 }
             }
         }
         for _ in 0..bricks {
-            self.materials.push(rest.word().ok_or_else(ends)?);
+            let material = rest.word().ok_or_else(ends)?;
+            if material & BRICK_MIXED != 0 && material & !BRICK_MIXED >= section.mixed {
+                return Err(TileError::Contents("the material of a brick"));
+            }
+            self.materials.push(material);
         }
         let mut mixed = self.mixed.len() / PLACES;
         for _ in 0..section.mixed as usize * PLACES {
@@ -354,8 +373,16 @@ impl Tile {
             return Err(TileError::Contents("the number of mixed materials"));
         }
         self.texels.reserve(bricks * BRICK_SAMPLES);
+        let from = self.texels.len();
         for _ in 0..bricks {
             unpack(&mut rest, &mut self.texels).ok_or_else(ends)?;
+        }
+        let max_code = self.format.max_code() as u16;
+        if self.texels[from..]
+            .iter()
+            .any(|code| code.unsigned_abs() > max_code)
+        {
+            return Err(TileError::Contents("the samples of a brick"));
         }
         if !rest.0.is_empty() {
             return Err(TileError::Contents("they go on too far"));
