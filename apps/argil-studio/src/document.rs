@@ -7,6 +7,7 @@ use crate::mesh_files::{Named, moved_paths, nothing};
 use crate::names::name_of;
 use crate::recovery::Recovery;
 use anyhow::Context;
+use argil::ExternalFiles;
 use argil::field::Program;
 use argil::scene::{
     Action, Edit, EditOutcome, Material, NodeDesc, NodeId, NodeTree, SampledGrid, Scene, View,
@@ -19,7 +20,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Document {
     pub(super) scene: Scene,
     path: Option<PathBuf>,
-    recovery: Recovery,
+    pub(super) recovery: Recovery,
     /// Actions that were not forwarded yet.
     actions: Vec<Action>,
     /// The lines of all actions since the last save, for edits of a world in a store.
@@ -33,8 +34,8 @@ pub struct Document {
     missing: Vec<Named>,
     /// Missing meshes that were not requested yet.
     wanted: Vec<Named>,
-    /// Whether meshes are read from any path.
-    pub reads_anywhere: bool,
+    /// Meshes and images that may be read from outside of the scene's folder.
+    pub external: ExternalFiles,
     /// Unique id of this document.
     id: u64,
     /// Selected nodes, in the order of selection.
@@ -75,7 +76,7 @@ impl Document {
             stroke: None,
             missing: Vec::new(),
             wanted: Vec::new(),
-            reads_anywhere: false,
+            external: ExternalFiles::default(),
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             selection: Vec::new(),
             scene,

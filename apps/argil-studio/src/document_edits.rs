@@ -319,6 +319,21 @@ impl Document {
         self.path().map_or(Path::new("."), folder_of).into()
     }
 
+    /// Allows the scene to read a file, wherever it is.
+    pub(crate) fn allow_file(&mut self, path: &Path) {
+        self.external.allow(path);
+        self.recovery.note_external(path);
+    }
+
+    /// Returns the files of all meshes that are loaded.
+    pub(crate) fn loaded_mesh_places(&self) -> Vec<PathBuf> {
+        let folder = self.mesh_folder();
+        let missing = self.missing_meshes();
+        let is_loaded = |path: &&str| missing.iter().all(|(own, _)| own != path);
+        let loaded = self.scene.known_mesh_paths().filter(is_loaded);
+        loaded.map(|path| folder.join(path)).collect()
+    }
+
     /// Returns a mesh's path relative to the scene's folder, if it lies inside.
     pub(crate) fn mesh_name(&self, path: &Path) -> std::io::Result<String> {
         let absolute = std::path::absolute(path)?;

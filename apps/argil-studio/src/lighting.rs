@@ -217,7 +217,7 @@ impl Session {
         // What the document has loaded need not be read again.
         self.document.share_images(scene);
         let folder = self.document.mesh_folder();
-        argil::load_images(scene, &folder, self.document.reads_anywhere)?;
+        argil::load_images(scene, &folder, self.document.external.clone())?;
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use argil::glam::{UVec3, Vec3};
 use argil::math::Aabb;
 use argil::scene::{Brush, NodeKind, SampledGrid, Scene, Shape, is_image};
-use argil::{LoadedMesh, MeshFileError, load_meshes};
+use argil::{ExternalFiles, LoadedMesh, MeshFileError, load_meshes};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,9 +45,9 @@ pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
 /// Loads and samples the meshes of a scene.
 pub(crate) type Load = Box<dyn FnMut(&mut Scene) -> Result<Vec<LoadedMesh>, MeshFileError> + Send>;
 
-/// Loads meshes from files in a scene's folder or, if `outside` is true, anywhere.
-pub(crate) fn from_files(folder: PathBuf, outside: bool) -> Load {
-    Box::new(move |scene| load_meshes(scene, &folder, outside))
+/// Loads meshes from files in a scene's folder, and from external files.
+pub(crate) fn from_files(folder: PathBuf, external: ExternalFiles) -> Load {
+    Box::new(move |scene| load_meshes(scene, &folder, external.clone()))
 }
 
 /// Loads meshes from memory.

@@ -1,7 +1,6 @@
 //! Meshes of the scene. They are sampled in the background; until they are ready, and if they cannot be read,
 //! placeholders stand in.
 
-use crate::files::IS_PAGE;
 use crate::jobs::{JobTarget, Loaded};
 use crate::mesh_files::other_file;
 use crate::mesh_files::*;
@@ -13,7 +12,8 @@ impl Session {
     /// Returns a loader that reads the scene's meshes again.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn load_again<'a>(&self, _: impl Iterator<Item = &'a str>) -> Load {
-        from_files(self.document.mesh_folder(), true)
+        let folder = self.document.mesh_folder();
+        from_files(folder, self.document.external.clone())
     }
 
     /// Returns a loader that reads the meshes from the browser's storage.
@@ -31,13 +31,13 @@ impl Session {
             return;
         }
         self.reload();
-        let is_read = |(path, _): &Named| self.read_meshes.contains(path);
-        let may = self.document.reads_anywhere || wanted.iter().all(is_read);
-        let load = if IS_PAGE || may {
-            self.load_again(wanted.iter().map(|(path, _)| path.as_str()))
-        } else {
-            from_files(self.document.mesh_folder(), false)
-        };
+        // What was read in this session may be pasted into another scene.
+        for (path, _) in &wanted {
+            if self.read_meshes.contains(path) {
+                self.document.allow_file(Path::new(path));
+            }
+        }
+        let load = self.load_again(wanted.iter().map(|(path, _)| path.as_str()));
         self.load_missing(wanted, load);
     }
 
@@ -73,6 +73,8 @@ impl Session {
             if Path::new(&mesh.path).is_absolute() {
                 self.read_meshes.insert(mesh.path.clone());
             }
+            let place = self.document.mesh_folder().join(&mesh.path);
+            self.document.allow_file(&place);
             self.document
                 .add_mesh_grid(&mesh.path, mesh.resolution, mesh.grid.clone());
         }

@@ -51,13 +51,15 @@ impl Session {
                 return s.open_world(path);
             }
             let mut scene = Scene::open(path)?;
-            // Scenes that were saved or opened here before may read meshes from other folders.
-            let known = std::path::absolute(path).is_ok_and(|p| s.preferences.recent.contains(&p));
-            let images = argil::load_images(&mut scene, folder_of(path), known || outside);
+            let external = match outside {
+                true => true.into(),
+                false => s.preferences.external_files(),
+            };
+            let images = argil::load_images(&mut scene, folder_of(path), external.clone());
             s.replace_scene(scene, Some(path.into()));
-            s.document.reads_anywhere = known || outside;
+            s.document.external = external.clone();
             let wanted = s.document.take_wanted();
-            s.load_missing(wanted, from_files(folder_of(path).into(), known || outside));
+            s.load_missing(wanted, from_files(folder_of(path).into(), external));
             s.preferences.remember(path);
             s.show_note(format!("Opened {}", path.display()));
             // What is missing is gray.
@@ -99,6 +101,12 @@ impl Session {
                 !(is_elsewhere && s.jobs.are_meshes_read()),
                 "meshes of the scene are still loading: wait, or cancel the job"
             );
+            if is_elsewhere {
+                // They were in the scene's folder, or chosen.
+                for place in s.document.loaded_mesh_places() {
+                    s.allow_file(&place);
+                }
+            }
             s.document.save(&path)?;
             if !IS_PAGE {
                 s.preferences.remember(&path);
@@ -116,9 +124,16 @@ impl Session {
         }
     }
 
+    /// Allows scenes to read a file that the user chose, now and when they are opened again.
+    fn allow_file(&mut self, path: &Path) {
+        self.preferences.allow_file(path);
+        self.document.allow_file(path);
+    }
+
     /// Imports a mesh, which is sampled in the background.
     pub(crate) fn import(&mut self, path: &Path) -> anyhow::Result<()> {
-        let load = from_files(self.document.mesh_folder(), true);
+        self.allow_file(path);
+        let load = from_files(self.document.mesh_folder(), self.document.external.clone());
         self.import_by(path, self.document.mesh_name(path)?, load)
     }
 
@@ -144,7 +159,9 @@ impl Session {
         if let Some(path) = self.ask(FileRequest::Import, "") {
             self.attempt(|s| {
                 let named = (s.document.mesh_name(&path)?, resolution);
-                s.resample(node, named, from_files(s.document.mesh_folder(), true));
+                s.allow_file(&path);
+                let external = s.document.external.clone();
+                s.resample(node, named, from_files(s.document.mesh_folder(), external));
                 Ok(())
             });
         }
@@ -194,8 +211,11 @@ impl Session {
         let (scene, journal) = recovered.resume()?;
         self.document.close();
         let journal = Recovery::of(journal);
+        let journal = journal.with_external(left.external.clone());
         self.set_document(Document::recovered(scene, left.scene, journal), None);
-        self.document.reads_anywhere = true;
+        for file in &left.external {
+            self.document.allow_file(file);
+        }
         self.show_note(match edits {
             1 => "Restored 1 edit".to_owned(),
             _ => format!("Restored {edits} edits"),

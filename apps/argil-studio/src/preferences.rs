@@ -2,9 +2,10 @@
 
 use crate::commands::{self, Command, CommandInfo};
 use crate::pipeline::Pipeline;
+use argil::ExternalFiles;
 use eframe::egui::{KeyboardShortcut, ThemePreference};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The preferences.
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Preferences {
     /// Recently opened or saved scenes, latest first.
     pub recent: Vec<PathBuf>,
+    /// Meshes that the user chose. Scenes may read them from outside of their folder.
+    pub external: BTreeSet<PathBuf>,
     /// Shortcuts that differ from the defaults, by command name. Empty text means none.
     pub shortcuts: BTreeMap<String, String>,
     /// Whether the interface is dark. `None` follows the system.
@@ -41,6 +44,7 @@ impl Default for Preferences {
     fn default() -> Self {
         Self {
             recent: Vec::new(),
+            external: BTreeSet::new(),
             shortcuts: BTreeMap::new(),
             is_dark: None,
             zoom: 1.0,
@@ -82,6 +86,18 @@ impl Preferences {
         self.recent.retain(|known| *known != path);
         self.recent.insert(0, path);
         self.recent.truncate(MAX_RECENT);
+    }
+
+    /// Records a mesh that the user chose.
+    pub(crate) fn allow_file(&mut self, path: &Path) {
+        let mut files = self.external_files();
+        files.allow(path);
+        self.external.clone_from(files.listed());
+    }
+
+    /// Returns the files that scenes may read from outside of their folder.
+    pub(crate) fn external_files(&self) -> ExternalFiles {
+        self.external.iter().collect()
     }
 
     /// Returns a command's shortcut.

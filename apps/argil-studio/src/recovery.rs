@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use argil::scene::{Journal, Scene};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,6 +11,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub struct Recovery {
     folder: Option<PathBuf>,
     journal: Option<Journal>,
+    /// The scene's file, and files outside of its folder that it may read.
+    scene: Option<PathBuf>,
+    external: BTreeSet<PathBuf>,
     /// Why the journal cannot be written.
     pub fault: Option<String>,
 }
@@ -21,6 +25,8 @@ pub(crate) struct RecoverableSession {
     pub journal: PathBuf,
     /// Path of the scene's file, if it had one.
     pub scene: Option<PathBuf>,
+    /// Files that the scene was allowed to read.
+    pub external: BTreeSet<PathBuf>,
 }
 
 impl RecoverableSession {
@@ -56,7 +62,7 @@ fn own_name() -> String {
 }
 
 const ENDING: &str = "journal";
-/// Suffix of the file with the scene's path.
+/// Suffix of the file with the scene's path, and the paths of files that it was allowed to read, one on each line.
 const ORIGIN: &str = "origin";
 /// Suffix of the file with the number of journal lines at the last save.
 const SAVED: &str = "saved";
@@ -81,8 +87,13 @@ impl Recovery {
         Self {
             folder,
             journal: Some(journal),
-            fault: None,
+            ..Self::default()
         }
+    }
+
+    /// Returns the same journal of a scene that may read some files.
+    pub fn with_external(self, external: BTreeSet<PathBuf>) -> Self {
+        Self { external, ..self }
     }
 
     /// Begins a journal with a scene, and removes the one before.
@@ -90,15 +101,10 @@ impl Recovery {
         self.end();
         let Some(folder) = &self.folder else { return };
         let file = folder.join(own_name());
+        self.scene = path.map(Path::to_path_buf);
+        self.external.clear();
         let made = std::fs::create_dir_all(folder)
-            .and_then(|()| match path {
-                // A relative path is meaningless in another session.
-                Some(path) => std::fs::write(
-                    file.with_extension(ORIGIN),
-                    std::path::absolute(path)?.to_string_lossy().as_bytes(),
-                ),
-                None => Ok(()),
-            })
+            .and_then(|()| self.write_origin(&file))
             .map_err(|e| e.to_string())
             .and_then(|()| Journal::create(&file, scene).map_err(|e| e.to_string()));
         match made {
@@ -109,17 +115,43 @@ impl Recovery {
 
     /// Records that the scene was saved. Earlier edits need no recovery.
     pub fn note_saved(&mut self, path: &Path) {
+        self.scene = Some(path.into());
+        self.note(|own, file| {
+            own.write_origin(file)?;
+            std::fs::write(file.with_extension(SAVED), lines_of(file).to_string())
+        });
+    }
+
+    /// Records that the scene may read a file.
+    pub fn note_external(&mut self, path: &Path) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        if self.external.insert(path) {
+            self.note(Self::write_origin);
+        }
+    }
+
+    fn note(&mut self, write: impl FnOnce(&Self, &Path) -> std::io::Result<()>) {
         let Some(journal) = &self.journal else { return };
         let file = journal.path();
-        let noted = std::path::absolute(path)
-            .and_then(|path| {
-                let origin = path.to_string_lossy().into_owned();
-                std::fs::write(file.with_extension(ORIGIN), origin)
-            })
-            .and_then(|()| std::fs::write(file.with_extension(SAVED), lines_of(file).to_string()));
-        if let Err(error) = noted {
+        if let Err(error) = write(self, file) {
             self.fault = Some(format!("{}: {error}", file.display()));
         }
+    }
+
+    /// Writes which scene a journal is of.
+    fn write_origin(&self, journal: &Path) -> std::io::Result<()> {
+        if self.scene.is_none() && self.external.is_empty() {
+            return Ok(());
+        }
+        let mut lines = vec![match &self.scene {
+            // A relative path is meaningless in another session.
+            Some(path) => std::path::absolute(path)?.to_string_lossy().into_owned(),
+            None => String::new(),
+        }];
+        let external = self.external.iter().map(|path| path.to_string_lossy());
+        // No path of several lines becomes several paths.
+        lines.extend(external.filter(|path| !path.contains('\n')).map(Into::into));
+        std::fs::write(journal.with_extension(ORIGIN), lines.join("\n"))
     }
 
     /// Writes an action.
@@ -156,10 +188,13 @@ pub(crate) fn left_in(folder: &Path) -> Vec<RecoverableSession> {
             continue;
         }
         let time = file.metadata().and_then(|m| m.modified());
-        let scene = std::fs::read_to_string(path.with_extension(ORIGIN)).ok();
+        let origin = std::fs::read_to_string(path.with_extension(ORIGIN)).unwrap_or_default();
+        let mut lines = origin.lines().map(PathBuf::from);
+        let scene = lines.next().filter(|scene| !scene.as_os_str().is_empty());
         let left = RecoverableSession {
             journal: path,
-            scene: scene.map(PathBuf::from),
+            scene,
+            external: lines.collect(),
         };
         all.push((time.unwrap_or(UNIX_EPOCH), left));
     }

@@ -107,6 +107,7 @@ impl Session {
     /// Replaces the document.
     pub(crate) fn set_document(&mut self, document: Document, world: Option<OpenWorld>) {
         self.document = document;
+        self.document.external = self.preferences.external_files();
         self.version += 1000;
         self.picker.forget();
         let pages = world.as_ref().map(|world| world.pages.clone());

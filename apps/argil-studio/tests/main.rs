@@ -2,6 +2,7 @@
 
 mod changes;
 mod common;
+mod consent;
 mod flows;
 mod lights;
 mod pictures;

@@ -128,7 +128,7 @@ impl Scene {
     fn load(
         py: Python<'_>,
         path: PathBuf,
-        external: bool,
+        external: crate::worlds::External,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (scene, loaded) = work::run(py, progress.as_ref(), |control| {

@@ -2,6 +2,7 @@
 
 use crate::errors::ToPython;
 use crate::work;
+use argil::ExternalFiles;
 use argil::scene::Scene;
 use argil::volume::{BrickSettings, Encoding, SampleFormat};
 use argil_world::{
@@ -36,7 +37,25 @@ impl ToPython for WorldError {
     }
 }
 
-fn scene_at(path: &Path, external: bool, control: &argil::math::Control) -> PyResult<Scene> {
+/// Files outside of a scene's folder that it may read: all, none, or some.
+#[derive(FromPyObject)]
+pub enum External {
+    /// All, or none.
+    All(bool),
+    /// Some.
+    Files(Vec<PathBuf>),
+}
+
+impl From<External> for ExternalFiles {
+    fn from(external: External) -> Self {
+        match external {
+            External::All(all) => all.into(),
+            External::Files(files) => files.into_iter().collect(),
+        }
+    }
+}
+
+fn scene_at(path: &Path, external: External, control: &argil::math::Control) -> PyResult<Scene> {
     let mut scene = Scene::open(path).map_err(ToPython::to_python)?;
     let folder = path.parent().unwrap_or(path);
     argil::load_meshes_with_control(&mut scene, folder, external, control)
@@ -44,15 +63,15 @@ fn scene_at(path: &Path, external: bool, control: &argil::math::Control) -> PyRe
     Ok(scene)
 }
 
-/// Reads a plan, and the meshes of its scene from a folder.
+/// Reads a plan, and the meshes of its scene from a folder or from external files.
 fn planned(
     plan: &str,
-    folder: &Path,
+    (folder, external): (&Path, External),
     control: &argil::math::Control,
 ) -> PyResult<(WorldPlan, Scene)> {
     let plan = WorldPlan::from_json(plan, "plan").map_err(ToPython::to_python)?;
     let mut scene = plan.scene().map_err(ToPython::to_python)?;
-    argil::load_meshes_with_control(&mut scene, folder, true, control)
+    argil::load_meshes_with_control(&mut scene, folder, external, control)
         .map_err(ToPython::to_python)?;
     Ok((plan, scene))
 }
@@ -71,12 +90,12 @@ type Open = fn(&str) -> Result<Store, WorldError>;
 fn with_store<T: Send>(
     py: Python<'_>,
     progress: Option<Bound<'_, PyAny>>,
-    (plan, folder): (&str, &Path),
+    (plan, folder, external): (&str, &Path, External),
     (store, open): (&str, Open),
     what: impl FnOnce(&Site<'_>, &argil::math::Control) -> Result<T, WorldError> + Send,
 ) -> PyResult<T> {
     work::run(py, progress.as_ref(), |control| {
-        let (plan, scene) = planned(plan, folder, control)?;
+        let (plan, scene) = planned(plan, (folder, external), control)?;
         let store = open(store).map_err(ToPython::to_python)?;
         let site = Site {
             plan: &plan,
@@ -95,7 +114,7 @@ pub fn plan_world(
     path: PathBuf,
     voxel_size: f32,
     bits: u32,
-    external: bool,
+    external: External,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<(String, String, u64)> {
     let format = match bits {
@@ -131,11 +150,13 @@ pub fn read_world_plan(text: &str, place: &str) -> PyResult<(String, u64)> {
 
 /// Bakes a shard of a world. Returns counts as JSON.
 #[pyfunction]
-#[pyo3(signature = (plan, folder, store, index, count, progress=None))]
+#[pyo3(signature = (plan, folder, external, store, index, count, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "Python's arguments")]
 pub fn bake_world(
     py: Python<'_>,
     plan: &str,
     folder: PathBuf,
+    external: External,
     store: &str,
     index: u64,
     count: u64,
@@ -146,7 +167,7 @@ pub fn bake_world(
     let done = with_store(
         py,
         progress,
-        (plan, &folder),
+        (plan, &folder, external),
         (store, open),
         |own, control| argil_world::bake(own.plan, own.scene, own.store, shard, control),
     )?;
@@ -155,11 +176,12 @@ pub fn bake_world(
 
 /// Counts what a store has of a world, as JSON.
 #[pyfunction]
-#[pyo3(signature = (plan, folder, store, verify, progress=None))]
+#[pyo3(signature = (plan, folder, external, store, verify, progress=None))]
 pub fn world_status(
     py: Python<'_>,
     plan: &str,
     folder: PathBuf,
+    external: External,
     store: &str,
     verify: bool,
     progress: Option<Bound<'_, PyAny>>,
@@ -168,7 +190,7 @@ pub fn world_status(
     let found = with_store(
         py,
         progress,
-        (plan, &folder),
+        (plan, &folder, external),
         (store, open),
         |own, control| argil_world::status(own.plan, own.scene, own.store, verify, control),
     )?;
@@ -189,11 +211,12 @@ pub fn world_status(
 
 /// Writes a world's manifest if nothing is missing. Returns the address of its folder.
 #[pyfunction]
-#[pyo3(signature = (plan, folder, store, verify, progress=None))]
+#[pyo3(signature = (plan, folder, external, store, verify, progress=None))]
 pub fn finish_world(
     py: Python<'_>,
     plan: &str,
     folder: PathBuf,
+    external: External,
     store: &str,
     verify: bool,
     progress: Option<Bound<'_, PyAny>>,
@@ -202,7 +225,7 @@ pub fn finish_world(
     with_store(
         py,
         progress,
-        (plan, &folder),
+        (plan, &folder, external),
         (store, open),
         |own, control| {
             argil_world::finish(own.plan, own.scene, own.store, verify, control)?;

@@ -12,6 +12,7 @@ mod engine;
 mod error;
 #[cfg(feature = "volume-files")]
 mod export;
+mod external_files;
 mod field_mesh;
 mod heightmap;
 mod image;
@@ -62,6 +63,7 @@ pub use error::{BuildError, EngineError, GridError, ImageFileError, RenderError,
 pub use export::{
     ExportClass, ExportCodec, ExportError, ExportFormat, ExportOptions, ExportReport,
 };
+pub use external_files::ExternalFiles;
 pub use field_mesh::MeshMethod;
 pub use image::RenderedImage;
 #[cfg(feature = "png")]

@@ -1,5 +1,6 @@
 //! Finds, checks, samples and caches the meshes that scenes name.
 
+use crate::external_files::ExternalFiles;
 use crate::heightmap::heights;
 use crate::image_assets;
 #[cfg(feature = "mesh-files")]
@@ -67,7 +68,7 @@ impl LoadedMesh {
 const STEEP: f32 = 6.0;
 
 /// Loads the meshes, heightmaps and images that a scene names and does not have yet. `folder` is the folder of the
-/// scene's file. If `allow_external` is false, paths may not leave it. The samples are cached in the user's cache folder,
+/// scene's file. Paths may leave it only to `external` files: none, all, or some. The samples are cached in the user's cache folder,
 /// by the hash of the file's bytes.
 ///
 /// # Errors
@@ -75,9 +76,9 @@ const STEEP: f32 = 6.0;
 pub fn load_meshes(
     scene: &mut Scene,
     folder: &Path,
-    allow_external: bool,
+    external: impl Into<ExternalFiles>,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
-    load_meshes_with_control(scene, folder, allow_external, &Control::default())
+    load_meshes_with_control(scene, folder, external, &Control::default())
 }
 
 /// Loads meshes as [`load_meshes`] does, and can be canceled. Meshes that were loaded before stay in the scene.
@@ -87,18 +88,19 @@ pub fn load_meshes(
 pub fn load_meshes_with_control(
     scene: &mut Scene,
     folder: &Path,
-    allow_external: bool,
+    external: impl Into<ExternalFiles>,
     control: &Control,
 ) -> Result<Vec<LoadedMesh>, MeshFileError> {
+    let external = external.into();
     let textures = scene.missing_texture_images();
     image_assets::load(scene, textures, |path| {
-        image_bytes(path, folder, allow_external).map(Some)
+        image_bytes(path, folder, &external).map(Some)
     })?;
     let mut loaded = Vec::new();
     // A file that is used at several resolutions is read once.
     let mut solids: HashMap<PathBuf, Solid> = HashMap::new();
     for (path, resolution) in scene.missing_meshes() {
-        let place = place_of(&path, folder, allow_external)?;
+        let place = external.place_of(&path, folder)?;
         let mesh = load(&path, &place, resolution, &mut solids, control)?;
         scene.set_mesh_grid(path, resolution, mesh.grid.clone());
         loaded.push(mesh);
@@ -107,18 +109,19 @@ pub fn load_meshes_with_control(
 }
 
 /// Loads the images of textures and of the environment that a scene names and does not have yet. `folder` is the folder of
-/// the scene's file. If `allow_external` is false, paths may not leave it.
+/// the scene's file. Paths may leave it only to `external` files: none, all, or some.
 ///
 /// # Errors
 /// If a file lies outside the folder, or cannot be read.
 pub fn load_images(
     scene: &mut Scene,
     folder: &Path,
-    allow_external: bool,
+    external: impl Into<ExternalFiles>,
 ) -> Result<(), MeshFileError> {
+    let external = external.into();
     let images = scene.missing_images();
     image_assets::load(scene, images, |path| {
-        image_bytes(path, folder, allow_external).map(Some)
+        image_bytes(path, folder, &external).map(Some)
     })
 }
 
@@ -126,9 +129,9 @@ pub fn load_images(
 fn image_bytes(
     path: &str,
     folder: &Path,
-    allow_external: bool,
+    external: &ExternalFiles,
 ) -> Result<(PathBuf, Vec<u8>), MeshFileError> {
-    let place = place_of(path, folder, allow_external)?;
+    let place = external.place_of(path, folder)?;
     let bytes = std::fs::read(&place).map_err(|error| MeshFileError::Image {
         path: place.clone(),
         reason: format!(
@@ -264,22 +267,6 @@ fn grid_of(bytes: &[u8], place: &Path) -> Result<SampledGrid, MeshReadError> {
     })
 }
 
-/// Returns the path of a mesh's file.
-fn place_of(path: &str, folder: &Path, allow_external: bool) -> Result<PathBuf, MeshFileError> {
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    if allow_external {
-        return Ok(folder.join(path));
-    }
-    path_within(folder, Path::new(path)).ok_or_else(|| MeshFileError::ExternalMesh {
-        path: path.to_owned(),
-        folder: folder.into(),
-    })
-}
-
 /// Wraps a grid that is not a mesh: it has no triangles.
 fn of_grid(path: &str, resolution: u32, grid: SampledGrid) -> LoadedMesh {
     LoadedMesh {
@@ -345,27 +332,4 @@ fn load(
         let _ = mesh_cache::write(&kept, &grid, &facts);
     }
     Ok(done(grid, facts, false))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn paths_that_lead_out_are_refused() {
-        let here = tempfile::tempdir().expect("a folder");
-        let inner = here.path().join("scene");
-        std::fs::create_dir(&inner).expect("a folder");
-        std::fs::write(here.path().join("secret.obj"), "").expect("a file");
-        let refused = |path: &str| place_of(path, &inner, false).is_err();
-        assert!(refused("../secret.obj") && refused("/etc/passwd.obj") && refused("a/../../b.obj"));
-        assert!(!refused("a.obj") && !refused("sub/a.obj") && !refused("./a.obj"));
-        assert!(place_of("../secret.obj", &inner, true).is_ok());
-        #[cfg(unix)]
-        {
-            let link = inner.join("link.obj");
-            std::os::unix::fs::symlink(here.path().join("secret.obj"), link).expect("a link");
-            assert!(refused("link.obj"));
-        }
-    }
 }

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 from . import _native, _output
 from ._sdf3 import SDF3
 
 
-def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool = False, progress: Any = None) -> SDF3:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    resolution: int = 128,
+    external: bool | Sequence[str | os.PathLike[str]] = False,
+    progress: Any = None,
+) -> SDF3:
     """Reads a solid from a file.
 
     Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb, .gltf; holes are closed, and the solid is sampled at `resolution` places
     along its longest side, from 16 to 512. Volumes: .vdb, .nvdb and .nrrd, at their own voxels, and
     .npy, which holds neither the size of voxels, taken as 1, nor a place. What has y up by definition,
-    .json, .glb and .gltf, is turned, so that z points up. Scenes may name meshes in their folder, or anywhere if `external` is true.
+    .json, .glb and .gltf, is turned, so that z points up. Scenes may name meshes in their folder, and `external` ones: True
+    allows all, and a list of files these.
 
     Raises SceneError or ValueError for what the file holds, and OSError if it cannot be read.
     """
@@ -27,7 +35,7 @@ def load(path: str | os.PathLike[str], *, resolution: int = 128, external: bool 
         raise ValueError(f"resolution: {resolution} is not from 16 to 512")
     ending = os.path.splitext(name)[1].lower()
     if ending == ".json":
-        return SDF3(_native.Scene.load(name, external, _output.progress_of(progress)).solid())
+        return SDF3(_native.Scene.load(name, _output.external_of(external), _output.progress_of(progress)).solid())
     known = (*_output.MESHES, *_output.VOLUMES, ".json", ".grid")
     if ending not in known:
         raise ValueError(f"{name}: unknown extension; known are {', '.join(known)}")

@@ -47,6 +47,15 @@ def progress_of(progress: Any) -> Any:
     return advance
 
 
+def external_of(external: bool | Sequence[str | os.PathLike[str]]) -> bool | tuple[str, ...]:
+    """Returns which files outside of its folder a scene may read: all, none, or these."""
+    if isinstance(external, bool):
+        return external
+    if isinstance(external, (str, bytes, os.PathLike)):
+        raise TypeError(f"external: expected True, False or a list of files, not {external!r}")
+    return tuple(os.path.abspath(os.fspath(file)) for file in external)
+
+
 def checked_box(bounds: Any) -> list[list[float]] | None:
     """Returns two corners, or raises ValueError."""
     if bounds is None:

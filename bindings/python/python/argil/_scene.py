@@ -69,12 +69,20 @@ class Scene:
         return scene
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], *, external: bool = False, progress: Any = None) -> Scene:
-        """Reads a scene file. Meshes that it names are read too, but only from its folder unless `external` is true.
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        external: bool | Sequence[str | os.PathLike[str]] = False,
+        progress: Any = None,
+    ) -> Scene:
+        """Reads a scene file. Meshes that it names are read too, from its folder.
+
+        `external` allows others: True all, or a list of files these.
 
         Raises SceneError with the place in the file, or OSError.
         """
-        return cls._of(_native.Scene.load(os.fspath(path), external, _output.progress_of(progress)))
+        return cls._of(_native.Scene.load(os.fspath(path), _output.external_of(external), _output.progress_of(progress)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a scene file, .json, which has y up: the solid is turned."""

@@ -10,6 +10,7 @@ import functools
 import json
 import os
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +32,8 @@ class Plan:
     """The name of the world's folder in a store. Nothing in it ever changes."""
     tiles: int
     """How many tiles there can be."""
+    external: bool | tuple[str, ...] = False
+    """Meshes outside of the folder that may be read: all, none, or these files."""
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the plan. If the scene has meshes, they must be beside it."""
@@ -38,12 +41,15 @@ class Plan:
             file.write(self.text)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Plan:
-        """Reads a plan from `save` or from `argil world plan`. Raises SceneError if it is none, and OSError."""
+    def load(cls, path: str | os.PathLike[str], *, external: bool | Sequence[str | os.PathLike[str]] = False) -> Plan:
+        """Reads a plan from `save` or from `argil world plan`. Meshes are read from its folder, and from `external` files: see `plan`.
+
+        Raises SceneError if it is none, and OSError.
+        """
         with open(path, encoding="utf-8") as file:
             text = file.read()
         name, tiles = _native.read_world_plan(text, os.fspath(path))
-        return cls(text, os.path.dirname(os.path.abspath(path)), name, tiles)
+        return cls(text, os.path.dirname(os.path.abspath(path)), name, tiles, _output.external_of(external))
 
 
 @dataclass(frozen=True)
@@ -96,19 +102,21 @@ def plan(
     voxel_size: float,
     *,
     bits: int = 16,
-    external: bool = False,
+    external: bool | Sequence[str | os.PathLike[str]] = False,
     progress: Any = None,
 ) -> Plan:
     """Plans the world of a scene file, whose finest voxels have an edge of `voxel_size` in the scene's unit.
 
     Which tiles there can be is found from bounds alone, in seconds. Scene files have y up. Solids write one with `save`.
+    A scene reads meshes from its folder. `external` allows others: True all, or a list of files these.
 
     Raises SceneError or ValueError for the scene and the voxels, and OSError if a file cannot be read.
     """
     name = os.fspath(scene)
     size = length("voxel_size", voxel_size)
-    made = _native.plan_world(name, size, int(bits), bool(external), _output.progress_of(progress))
-    return Plan(made[0], os.path.dirname(os.path.abspath(name)), made[1], made[2])
+    files = _output.external_of(external)
+    made = _native.plan_world(name, size, int(bits), files, _output.progress_of(progress))
+    return Plan(made[0], os.path.dirname(os.path.abspath(name)), made[1], made[2], files)
 
 
 def _bake_shard(plan: Plan, store: str, count: int, index: int) -> dict[str, int]:
@@ -120,7 +128,7 @@ def _bake_shard(plan: Plan, store: str, count: int, index: int) -> dict[str, int
     except (ImportError, ValueError, AttributeError):
         # Not in a worker of Dask.
         pass
-    done: dict[str, int] = json.loads(_native.bake_world(plan.text, plan.folder, store, index, count))
+    done: dict[str, int] = json.loads(_native.bake_world(plan.text, plan.folder, plan.external, store, index, count))
     return done
 
 
@@ -145,7 +153,7 @@ def bake(
     if "://" not in place:
         place = os.path.abspath(place)
     if client is None:
-        done = [json.loads(_native.bake_world(plan.text, plan.folder, place, 0, 1, _output.progress_of(progress)))]
+        done = [json.loads(_native.bake_world(plan.text, plan.folder, plan.external, place, 0, 1, _output.progress_of(progress)))]
     else:
         count = shards or max(1, min(plan.tiles, 8 * sum(client.nthreads().values())))
         if count < 1:
@@ -164,7 +172,7 @@ def bake(
 
 def status(plan: Plan, store: str | os.PathLike[str], *, verify: bool = False, progress: Any = None) -> WorldStatus:
     """Counts what a store has of a world. With `verify`, all tiles are read, and those that are damaged are named."""
-    found = _native.world_status(plan.text, plan.folder, os.fspath(store), bool(verify), _output.progress_of(progress))
+    found = _native.world_status(plan.text, plan.folder, plan.external, os.fspath(store), bool(verify), _output.progress_of(progress))
     return WorldStatus(**json.loads(found))
 
 
@@ -175,7 +183,7 @@ def finish(plan: Plan, store: str | os.PathLike[str], *, verify: bool = False, p
 
     Raises ValueError if tiles are missing or damaged.
     """
-    return _native.finish_world(plan.text, plan.folder, os.fspath(store), bool(verify), _output.progress_of(progress))
+    return _native.finish_world(plan.text, plan.folder, plan.external, os.fspath(store), bool(verify), _output.progress_of(progress))
 
 
 def edit(world: str | os.PathLike[str], edits: str) -> str:
