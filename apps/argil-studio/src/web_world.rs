@@ -5,18 +5,26 @@ use crate::open_world::{FoundWorld, OpenWorld};
 use crate::render_worker::StoredPages;
 use anyhow::Context;
 use argil::volume::{TileAddress, TileSource, TileState};
-use argil_world::{MOST_DELTAS, Manifest, TileCache, apply_delta, delta_name, is_delta, tile_name};
+use argil_world::{
+    MAX_MESH_BYTES, MAX_TEXT_BYTES, MAX_TILE_BYTES, MOST_DELTAS, Manifest, TileCache, apply_delta,
+    delta_name, is_delta, tile_name,
+};
 use eframe::egui;
+use js_sys::{Reflect, Uint8Array};
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
-use web_sys::{Headers, RequestInit, Response, UrlSearchParams};
+use web_sys::{
+    AbortSignal, Headers, ReadableStreamDefaultReader, RequestInit, Response, UrlSearchParams,
+};
 
 /// Maximum bytes of tiles in memory, besides the pages that are shown.
 const TILE_BYTES: u64 = 128 << 20;
+/// How long an answer may take.
+const TIMEOUT_MS: u32 = 60_000;
 /// Tiles that are fetched at once.
 const AT_ONCE: usize = 24;
 
@@ -53,20 +61,22 @@ pub(crate) fn fetch(ctx: &egui::Context, folder: String) {
 }
 
 async fn read(ctx: &egui::Context, folder: &str) -> anyhow::Result<FoundWorld> {
-    let manifest = get(&format!("{folder}/manifest.json"), None).await?;
+    let manifest = get(&format!("{folder}/manifest.json"), None, MAX_TEXT_BYTES).await?;
     let (_, manifest) = manifest.context("there is no manifest.json of a finished world")?;
     let plan = Manifest::from_bytes(&manifest, &format!("{folder}/manifest.json"))?.plan;
     let mut planned = plan.scene()?;
     for (nth, name) in plan.mesh_names().enumerate() {
-        let bytes = get(&format!("{folder}/{name}"), None).await?;
+        let bytes = get(&format!("{folder}/{name}"), None, MAX_MESH_BYTES).await?;
         let bytes = bytes.map(|(_, bytes)| bytes).unwrap_or_default();
         plan.set_mesh(&mut planned, nth, &bytes, folder)?;
     }
     let (mut deltas, mut scene) = (Vec::new(), planned.clone());
+    let mut left = MAX_TEXT_BYTES;
     while deltas.len() < MOST_DELTAS {
         let place = format!("{folder}/{}", delta_name(deltas.len() as u32 + 1));
         // A server that shows no list forbids what it does not have.
-        let (status, bytes) = ask(&place, None).await?;
+        let (status, bytes) = ask(&place, None, left).await?;
+        left -= bytes.len() as u64;
         if matches!(status, 401 | 403 | 404) || !is_delta(&bytes) {
             break;
         }
@@ -81,7 +91,7 @@ async fn read(ctx: &egui::Context, folder: &str) -> anyhow::Result<FoundWorld> {
         ctx: ctx.clone(),
     };
     Ok(FoundWorld {
-        address: folder.to_owned(),
+        address: argil_world::redacted(folder),
         planned,
         deltas,
         world: OpenWorld {
@@ -112,7 +122,7 @@ impl Tiles {
             }
             let range = self.cache.wanted(address, level);
             let place = format!("{}/{}", self.folder, tile_name(address));
-            let (begin, bytes) = get(&place, Some(range))
+            let (begin, bytes) = get(&place, Some(range), MAX_TILE_BYTES)
                 .await?
                 .context("the server does not have it")?;
             self.cache
@@ -158,10 +168,14 @@ impl TileSource for WebTiles {
 }
 
 /// Fetches an object, or a part of it. Returns where it begins, and its bytes. `None` if there is no such object. Servers
-/// without ranges send all of it.
-async fn get(address: &str, range: Option<Range<u64>>) -> anyhow::Result<Option<(u64, Vec<u8>)>> {
+/// without ranges send all of it. More than `max_bytes` is an error.
+async fn get(
+    address: &str,
+    range: Option<Range<u64>>,
+    max_bytes: u64,
+) -> anyhow::Result<Option<(u64, Vec<u8>)>> {
     let begin = range.as_ref().map_or(0, |range| range.start);
-    match ask(address, range).await? {
+    match ask(address, range, max_bytes).await? {
         (206, bytes) => Ok(Some((begin, bytes))),
         (200, bytes) => Ok(Some((0, bytes))),
         (404, _) => Ok(None),
@@ -169,10 +183,15 @@ async fn get(address: &str, range: Option<Range<u64>>) -> anyhow::Result<Option<
     }
 }
 
-/// Returns a server's status and what it sends.
-async fn ask(address: &str, range: Option<Range<u64>>) -> anyhow::Result<(u16, Vec<u8>)> {
+/// Returns a server's status and what it sends. More than `max_bytes` is an error, and so is an answer that takes too long.
+async fn ask(
+    address: &str,
+    range: Option<Range<u64>>,
+    max_bytes: u64,
+) -> anyhow::Result<(u16, Vec<u8>)> {
     let fetched = async {
         let options = RequestInit::new();
+        options.set_signal(Some(&AbortSignal::timeout_with_u32(TIMEOUT_MS)));
         if let Some(Range { start, end }) = range {
             let headers = Headers::new()?;
             headers.set("Range", &format!("bytes={start}-{}", end - 1))?;
@@ -181,12 +200,34 @@ async fn ask(address: &str, range: Option<Range<u64>>) -> anyhow::Result<(u16, V
         let window = web_sys::window().ok_or_else(|| JsValue::from_str("there is no page"))?;
         let answer = JsFuture::from(window.fetch_with_str_and_init(address, &options)).await?;
         let answer: Response = answer.dyn_into()?;
-        let buffer = JsFuture::from(answer.array_buffer()?).await?;
-        Ok::<_, JsValue>((answer.status(), js_sys::Uint8Array::new(&buffer).to_vec()))
+        Ok::<_, JsValue>((answer.status(), body(&answer, max_bytes).await?))
     };
     fetched.await.map_err(|error| {
         said(&error).context(format!(
             "{address}: it cannot be fetched. The server may not allow other pages to read it (CORS)"
         ))
     })
+}
+
+/// Reads what a server sends, part by part. Lengths that servers name can be wrong.
+async fn body(answer: &Response, max_bytes: u64) -> Result<Vec<u8>, JsValue> {
+    let mut bytes = Vec::new();
+    let Some(stream) = answer.body() else {
+        return Ok(bytes);
+    };
+    let reader: ReadableStreamDefaultReader = stream.get_reader().dyn_into()?;
+    loop {
+        let part = JsFuture::from(reader.read()).await?;
+        if Reflect::get(&part, &"done".into())?.is_truthy() {
+            return Ok(bytes);
+        }
+        let part: Uint8Array = Reflect::get(&part, &"value".into())?.dyn_into()?;
+        if bytes.len() as u64 + u64::from(part.length()) > max_bytes {
+            // Whatever comes of it, nothing more is read.
+            let _ = reader.cancel();
+            let reason = format!("it has more than {max_bytes} bytes, the most that it can have");
+            return Err(js_sys::Error::new(&reason).into());
+        }
+        bytes.extend(part.to_vec());
+    }
 }

@@ -76,11 +76,13 @@ impl Session {
         use argil_world::{ReadMode, StoredWorld, TileCacheOptions};
         let address = path.to_str().context("the address is no text")?;
         let stored = StoredWorld::open(address, &TileCacheOptions::from_environment())?;
+        // It is shown, and kept among the preferences.
+        let address = argil_world::redacted(address);
         let deltas = stored
             .deltas()
             .map(|(_, bytes)| String::from_utf8_lossy(bytes));
         self.show_world(FoundWorld {
-            address: address.to_owned(),
+            address,
             planned: stored.planned_scene().clone(),
             deltas: deltas.map(std::borrow::Cow::into_owned).collect(),
             world: OpenWorld {

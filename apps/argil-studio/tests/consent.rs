@@ -27,7 +27,11 @@ fn until_missing(desk: &mut Desk, count: usize) {
         desk.step();
         let waited = start.elapsed();
         let note = desk.studio().note();
-        assert!(waited < Duration::from_secs(60), "{} missing: {note:?}", missing(desk));
+        assert!(
+            waited < Duration::from_secs(60),
+            "{} missing: {note:?}",
+            missing(desk)
+        );
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -79,7 +83,9 @@ fn meshes_that_were_refused_stay_refused_until_they_are_chosen() {
     desk.click("first");
     desk.step();
     assert!(desk.has("Choose…"));
-    desk.answers.borrow_mut().push(folder.path().join("one.obj"));
+    desk.answers
+        .borrow_mut()
+        .push(folder.path().join("one.obj"));
     desk.click("Choose…");
     until_missing(&mut desk, 1);
     desk.answers.borrow_mut().push(scene.clone());

@@ -39,11 +39,11 @@ fn marched(bricks: &Bricks, rays: &[[Vec3; 2]]) -> Vec<f32> {
     let [low, high]: [IVec3; 2] = [layout.first_cell(), layout.end_cell()];
     let bound = Bound {
         low: low.to_array(),
-        brick_size_voxels: layout.brick_size_voxels,
+        brick_size_voxels: layout.brick_size_voxels(),
         count: (high - low).to_array(),
         rays: rays.len() as u32,
-        corner: layout.voxel_grid.corner.to_array(),
-        voxel_size: layout.voxel_grid.voxel_size,
+        corner: layout.voxel_grid().corner.to_array(),
+        voxel_size: layout.voxel_grid().voxel_size,
         lipschitz: bricks.lipschitz(),
         padding: [0.0; 3],
     };

@@ -1,5 +1,6 @@
 //! Whether a world is complete.
 
+use crate::limits::{MAX_MESH_BYTES, MAX_TEXT_BYTES, MAX_TILE_BYTES};
 use crate::plan::Prepared;
 use crate::work::shared;
 use crate::{Manifest, Store, WorldError, WorldPlan, tile_name};
@@ -64,7 +65,9 @@ pub fn status(
             if control.is_cancelled() {
                 return Ok(None);
             }
-            let bytes = world.runtime().block_on(world.get(&tile_name(address)))?;
+            let bytes = world
+                .runtime()
+                .block_on(world.get(&tile_name(address), MAX_TILE_BYTES))?;
             control.advance(1);
             let bytes = bytes.unwrap_or_default();
             let found = Tile::from_bytes(&bytes, &key, address, &prepared.layout);
@@ -76,7 +79,7 @@ pub fn status(
     if control.is_cancelled() {
         return Err(WorldError::Cancelled);
     }
-    let manifest = runtime.block_on(world.get("manifest.json"))?;
+    let manifest = runtime.block_on(world.get("manifest.json", MAX_TEXT_BYTES))?;
     Ok(WorldStatus {
         tiles: required.len() as u64,
         present: there.len() as u64,
@@ -98,7 +101,9 @@ fn required(
 ) -> Result<Vec<TileAddress>, WorldError> {
     let (key, layout) = (plan.tile_key(), &prepared.layout);
     let read = |&address: &TileAddress| {
-        let bytes = world.runtime().block_on(world.get(&tile_name(address)))?;
+        let bytes = world
+            .runtime()
+            .block_on(world.get(&tile_name(address), MAX_TILE_BYTES))?;
         let bytes = bytes.unwrap_or_default();
         Ok(Tile::from_bytes(&bytes, &key, address, layout).ok())
     };
@@ -133,7 +138,12 @@ fn required(
 /// Puts an object. What is there is replaced if it is something else: damaged, or of another program.
 async fn put_right(world: &Store, name: &str, bytes: Bytes) -> Result<(), WorldError> {
     let is_new = world.put_new(name, bytes.clone()).await?;
-    if !is_new && world.get(name).await?.is_none_or(|found| found != bytes) {
+    if !is_new
+        && world
+            .get(name, MAX_MESH_BYTES)
+            .await?
+            .is_none_or(|found| found != bytes)
+    {
         world.remove(name).await?;
         world.put_new(name, bytes).await?;
     }

@@ -2,6 +2,7 @@
 
 mod delta;
 mod error;
+mod limits;
 mod manifest;
 mod plan;
 mod redact;
@@ -28,8 +29,10 @@ mod work;
 
 pub use delta::{MOST_DELTAS, apply_delta, delta_name, is_delta};
 pub use error::WorldError;
+pub use limits::{MAX_MESH_BYTES, MAX_TEXT_BYTES, MAX_TILE_BYTES};
 pub use manifest::Manifest;
 pub use plan::{PlanOptions, WorldPlan};
+pub use redact::redacted;
 pub use tile_cache::{TileCache, tile_name};
 
 #[cfg(feature = "store")]

@@ -1,6 +1,7 @@
 //! Reads finished worlds.
 
 use crate::delta::{MOST_DELTAS, apply_delta, delta_name, is_delta};
+use crate::limits::{MAX_MESH_BYTES, MAX_TEXT_BYTES};
 use crate::stored_tiles::{EventualTiles, StoredTiles};
 use crate::tile_cache_options::TileCacheOptions;
 use crate::{Manifest, Store, TileCache, WorldError, WorldPlan};
@@ -49,7 +50,9 @@ impl StoredWorld {
             return Err(WorldError::plan(folder, reason));
         }
         let world = Store::open(if folder.is_empty() { "." } else { folder })?;
-        let text = world.runtime().block_on(world.get("manifest.json"))?;
+        let text = world
+            .runtime()
+            .block_on(world.get("manifest.json", MAX_TEXT_BYTES))?;
         let text = text.ok_or_else(|| {
             let reason = "there is no manifest.json: finish the world with `argil world finish`";
             WorldError::plan(folder, reason)
@@ -57,7 +60,7 @@ impl StoredWorld {
         let plan = Manifest::from_bytes(&text, &format!("{folder}/manifest.json"))?.plan;
         let mut scene = plan.scene()?;
         for (nth, name) in plan.mesh_names().enumerate() {
-            let bytes = world.runtime().block_on(world.get(&name))?;
+            let bytes = world.runtime().block_on(world.get(&name, MAX_MESH_BYTES))?;
             plan.set_mesh(&mut scene, nth, &bytes.unwrap_or_default(), folder)?;
         }
         let mut opened = Self::of(plan, scene, world, options)?;
@@ -105,7 +108,7 @@ impl StoredWorld {
         let found = self
             .world
             .runtime()
-            .block_on(self.world.find("plan.json"))?;
+            .block_on(self.world.find("plan.json", MAX_TEXT_BYTES))?;
         Ok(found.is_some())
     }
 
@@ -185,7 +188,14 @@ impl StoredWorld {
 
     fn read_delta(&mut self) -> Result<bool, WorldError> {
         let name = self.next_delta();
-        let found = self.world.runtime().block_on(self.world.find(&name))?;
+        // All of them are in memory.
+        let held: u64 = self
+            .deltas
+            .iter()
+            .map(|(_, bytes)| bytes.len() as u64)
+            .sum();
+        let find = self.world.find(&name, MAX_TEXT_BYTES.saturating_sub(held));
+        let found = self.world.runtime().block_on(find)?;
         let Some(bytes) = found.filter(|bytes| is_delta(bytes)) else {
             return Ok(false);
         };

@@ -3,7 +3,12 @@
 /// Returns a text without what addresses may hold of secrets: names and passwords before a host, and queries.
 ///
 /// Messages of a store can quote the address of a request, which may be signed.
-pub(crate) fn redacted(text: &str) -> String {
+///
+/// ```
+/// let address = "s3://AKIA:wJal/K7MD@bucket/world";
+/// assert_eq!(argil_world::redacted(address), "s3://bucket/world");
+/// ```
+pub fn redacted(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(at) = rest.find("://") {
@@ -12,14 +17,26 @@ pub(crate) fn redacted(text: &str) -> String {
         let ends = |c: char| c.is_whitespace() || matches!(c, '"' | '\'' | '<' | '>' | ')' | '`');
         let end = after.find(ends).unwrap_or(after.len());
         let (address, others) = after.split_at(end);
-        let authority_end = address.find(['/', '?', '#']).unwrap_or(address.len());
-        let (authority, path) = address.split_at(authority_end);
-        out.push_str(authority.rsplit('@').next().unwrap_or_default());
-        out.push_str(path.split(['?', '#']).next().unwrap_or_default());
+        let address = &address[secret_end(address)..];
+        out.push_str(address.split(['?', '#']).next().unwrap_or_default());
         rest = others;
     }
     out.push_str(rest);
     out
+}
+
+/// Returns where the names and passwords before a host end. Those of AWS can contain `/`, so that they look like a path.
+fn secret_end(address: &str) -> usize {
+    let authority_end = address.find(['/', '?', '#']).unwrap_or(address.len());
+    let authority = &address[..authority_end];
+    let is_port = |text: &str| text.len() <= 5 && text.bytes().all(|c| c.is_ascii_digit());
+    let searched = match authority.rsplit_once(':') {
+        None => authority,
+        // A path can contain `@`, too. Rather the host of such an address is left out than a password shown.
+        Some((_, port)) if is_port(port) => address.split(['?', '#']).next().unwrap_or(address),
+        Some(_) => address,
+    };
+    searched.rfind('@').map_or(0, |at| at + 1)
 }
 
 #[cfg(test)]
@@ -36,6 +53,16 @@ mod tests {
                 "get \"https://host/a/b\": 403",
             ),
             ("https://a@b@host", "https://host"),
+            (
+                "s3://AKIA:wJal/K7MD+bPx/Ey@bucket/world",
+                "s3://bucket/world",
+            ),
+            ("s3://AKIA:12/34@bucket/world?x=y", "s3://bucket/world"),
+            ("s3://AKIA:a?b/c@bucket/world", "s3://bucket/world"),
+            ("s3://AKIA:a@b/c@bucket", "s3://bucket"),
+            ("https://host:8080/a/b?c=d@e", "https://host:8080/a/b"),
+            ("https://host/a@b/c", "https://host/a@b/c"),
+            ("https://host:8080/a", "https://host:8080/a"),
             (
                 "(http://x/y#z) and http://u:p@v/w",
                 "(http://x/y) and http://v/w",

@@ -2,12 +2,15 @@
 
 use crate::WorldError;
 use crate::redact::redacted;
-use bytes::Bytes;
+use bytes::{Bytes, BytesMut};
 use futures_util::TryStreamExt;
 use object_store::path::Path;
 use object_store::{
-    Error, GetOptions, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload,
+    Error, GetOptions, GetResult, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload,
 };
+#[cfg(feature = "cloud")]
+use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
@@ -53,7 +56,8 @@ impl Store {
     }
 
     /// Opens a store by its address: a folder, or `s3://…`, `gs://…`, `az://…`, `http://…` or `https://…`. The latter need the feature
-    /// `cloud`. Credentials come from the environment.
+    /// `cloud`. Credentials and settings come from the environment, under the names that the stores' own tools use: `AWS_…`,
+    /// `GOOGLE_…` and `AZURE_…`. No other variable counts.
     ///
     /// # Errors
     /// If the address cannot be used, or the folder does not exist.
@@ -85,8 +89,7 @@ impl Store {
             reason: redacted(&reason),
         };
         let parsed = url::Url::parse(address).map_err(|error| refuse(error.to_string()))?;
-        // Under the names that the stores' own tools use.
-        let variables = std::env::vars().map(|(name, value)| (name.to_ascii_lowercase(), value));
+        let variables = settings(std::env::vars_os());
         // Whoever writes http:// wants it.
         let plain =
             (parsed.scheme() == "http").then(|| ("allow_http".to_owned(), "true".to_owned()));
@@ -185,15 +188,15 @@ impl Store {
         )
     }
 
-    /// Returns an object, or `None` if there is none.
+    /// Returns an object of at most some bytes, or `None` if there is none.
     ///
     /// # Errors
-    /// If the store fails again and again.
-    pub async fn get(&self, name: &str) -> Result<Option<Bytes>, WorldError> {
+    /// If the store fails again and again, or the object is longer.
+    pub async fn get(&self, name: &str, max_bytes: u64) -> Result<Option<Bytes>, WorldError> {
         let path = self.path(name);
         let once = || async {
             match self.inner.get(&path).await {
-                Ok(found) => found.bytes().await.map(Some),
+                Ok(found) => body(found, max_bytes).await.map(Some),
                 Err(Error::NotFound { .. }) => Ok(None),
                 Err(error) => Err(error),
             }
@@ -203,16 +206,16 @@ impl Store {
             .map_err(|error| self.error(name, &error))
     }
 
-    /// Returns an object, or `None` if there is none, or none that may be seen: a store that does not allow lists says so of all that
-    /// it does not have.
+    /// Returns an object of at most some bytes, or `None` if there is none, or none that may be seen: a store that does not allow
+    /// lists says so of all that it does not have.
     ///
     /// # Errors
-    /// If the store fails again and again.
-    pub async fn find(&self, name: &str) -> Result<Option<Bytes>, WorldError> {
+    /// If the store fails again and again, or the object is longer.
+    pub async fn find(&self, name: &str, max_bytes: u64) -> Result<Option<Bytes>, WorldError> {
         let path = self.path(name);
         let once = || async {
             match self.inner.get(&path).await {
-                Ok(found) => found.bytes().await.map(Some),
+                Ok(found) => body(found, max_bytes).await.map(Some),
                 Err(
                     Error::NotFound { .. }
                     | Error::PermissionDenied { .. }
@@ -227,14 +230,15 @@ impl Store {
     }
 
     /// Returns a part of an object and where it begins, or `None` if there is no object. From stores that cannot give parts,
-    /// it is the whole object. What is behind the object's end is left out.
+    /// it is the whole object, of at most some bytes. What is behind the object's end is left out.
     ///
     /// # Errors
-    /// If the store fails again and again.
+    /// If the store fails again and again, or the object is longer.
     pub async fn get_part(
         &self,
         name: &str,
         range: Range<u64>,
+        max_bytes: u64,
     ) -> Result<Option<(u64, Bytes)>, WorldError> {
         let path = self.path(name);
         let once = || async {
@@ -242,7 +246,11 @@ impl Store {
             match self.inner.get_opts(&path, options).await {
                 Ok(found) => {
                     let begin = found.range.start;
-                    Ok(Some((begin, found.bytes().await?)))
+                    let max_bytes = match begin == range.start {
+                        true => range.end - range.start,
+                        false => max_bytes,
+                    };
+                    Ok(Some((begin, body(found, max_bytes).await?)))
                 }
                 Err(Error::NotFound { .. }) => Ok(None),
                 Err(error) => Err(error),
@@ -250,7 +258,7 @@ impl Store {
         };
         match self.again(once).await {
             Err(error) if !gives_parts(&error) => {
-                let whole = self.get(name).await?;
+                let whole = self.get(name, max_bytes).await?;
                 Ok(whole.map(|bytes| (0, bytes)))
             }
             found => found.map_err(|error| self.error(name, &error)),
@@ -340,9 +348,74 @@ fn folder_of(address: &str) -> Option<&str> {
     }
 }
 
-/// Whether a store cannot give this part of an object: it gives none, or the object is empty.
+/// Returns the settings of stores among variables, under the names that [`object_store`] has for them.
+#[cfg(feature = "cloud")]
+fn settings(
+    variables: impl Iterator<Item = (OsString, OsString)>,
+) -> impl Iterator<Item = (String, String)> {
+    variables.filter_map(|(name, value)| {
+        let name = name.into_string().ok()?;
+        let is_setting = ["AWS_", "GOOGLE_", "AZURE_"]
+            .iter()
+            .any(|own| name.starts_with(own));
+        is_setting.then_some((name.to_ascii_lowercase(), value.into_string().ok()?))
+    })
+}
+
+/// An object is longer than it can be.
+#[derive(Debug, thiserror::Error)]
+#[error("it has more than {0} bytes, the most that it can have")]
+struct TooLong(u64);
+
+/// Returns what a store sends, up to some bytes. Lengths that servers name can be wrong.
+async fn body(found: GetResult, max_bytes: u64) -> Result<Bytes, Error> {
+    let too_long = || Error::Generic {
+        store: "store",
+        source: Box::new(TooLong(max_bytes)),
+    };
+    if found.range.end.saturating_sub(found.range.start) > max_bytes {
+        return Err(too_long());
+    }
+    let mut stream = found.into_stream();
+    let mut whole = Bytes::new();
+    let mut parts = BytesMut::new();
+    while let Some(part) = stream.try_next().await? {
+        if (whole.len() + parts.len() + part.len()) as u64 > max_bytes {
+            return Err(too_long());
+        }
+        // A body of one part is not copied.
+        if whole.is_empty() && parts.is_empty() {
+            whole = part;
+        } else {
+            parts.extend_from_slice(&std::mem::take(&mut whole));
+            parts.extend_from_slice(&part);
+        }
+    }
+    Ok(if parts.is_empty() {
+        whole
+    } else {
+        parts.freeze()
+    })
+}
+
+/// Whether an error does not mean that a store cannot give this part of an object: it gives none, or the object is empty.
+///
+/// Only messages tell, because the types of `object_store` are private. None of these begins with an address, which could have any
+/// words in it.
 fn gives_parts(error: &Error) -> bool {
-    !matches!(error, Error::NotSupported { .. }) && !error.to_string().contains("range")
+    let Error::Generic { source, .. } = error else {
+        return !matches!(error, Error::NotSupported { .. });
+    };
+    let reason = source.to_string();
+    let reasons = [
+        "Received non-partial response when range requested",
+        "Content-Range header not present in partial response",
+        "Requested range was invalid",
+        "Invalid range: ",
+        "Wanted range starting at ",
+        "Range started at ",
+    ];
+    !reasons.iter().any(|own| reason.starts_with(own))
 }
 
 fn may_pass(error: &Error) -> bool {
@@ -356,18 +429,75 @@ fn may_pass(error: &Error) -> bool {
                 | Error::InvalidPath { .. }
                 | Error::UnknownConfigurationKey { .. }
         )
-        && !is_full(error)
+        && !is_final(error)
 }
 
-/// Whether a disk is full. To wait does not help then.
-fn is_full(error: &Error) -> bool {
+/// Whether a disk is full, or an object too long. To wait does not help then.
+fn is_final(error: &Error) -> bool {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
     while let Some(own) = cause {
         let io: Option<&std::io::Error> = own.downcast_ref();
-        if io.is_some_and(|io| io.kind() == std::io::ErrorKind::StorageFull) {
+        if own.is::<TooLong>() || io.is_some_and(|io| io.kind() == ErrorKind::StorageFull) {
             return true;
         }
         cause = own.source();
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Words of a path decide nothing.
+    #[test]
+    fn paths_with_a_range_are_tried_again() {
+        let failed = |reason: &str| Error::Generic {
+            store: "store",
+            source: reason.into(),
+        };
+        let lost = failed("Error performing GET https://host/orange/tiles/0/1_1_1 in 1s: 503");
+        assert!(gives_parts(&lost) && may_pass(&lost));
+        let whole = failed("Received non-partial response when range requested");
+        assert!(!gives_parts(&whole) && !may_pass(&whole));
+        let long = Error::Generic {
+            store: "store",
+            source: Box::new(TooLong(7)),
+        };
+        assert!(gives_parts(&long) && !may_pass(&long));
+    }
+
+    #[cfg(feature = "cloud")]
+    #[test]
+    fn only_variables_of_stores_are_settings() {
+        let pairs = [
+            ("AWS_ACCESS_KEY_ID", "a"),
+            ("AZURE_STORAGE_ACCOUNT_NAME", "b"),
+            ("GOOGLE_SERVICE_ACCOUNT", "c"),
+            ("ENDPOINT", "d"),
+            ("PROXY_URL", "e"),
+            ("ALLOW_INVALID_CERTIFICATES", "true"),
+            ("TOKEN", "f"),
+            ("aws_region", "g"),
+        ];
+        let mut all: Vec<(OsString, OsString)> = pairs
+            .map(|(name, value)| (name.into(), value.into()))
+            .into();
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStringExt;
+            let odd = || OsString::from_vec(b"AWS_\xff".to_vec());
+            all.extend([("AWS_REGION".into(), odd()), (odd(), "h".into())]);
+        }
+        let found: Vec<(String, String)> = settings(all.into_iter()).collect();
+        let names: Vec<&str> = found.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(
+            names,
+            [
+                "aws_access_key_id",
+                "azure_storage_account_name",
+                "google_service_account"
+            ]
+        );
+    }
 }

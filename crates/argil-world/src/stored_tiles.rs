@@ -1,6 +1,7 @@
 //! Fetches tiles from a store.
 
 use crate::Store;
+use crate::limits::MAX_TILE_BYTES;
 use crate::tile_cache::{TileCache, tile_name};
 use crate::tile_cache_options::TileCacheOptions;
 use crate::tile_folder::TileFolder;
@@ -77,7 +78,10 @@ impl StoredTiles {
                 return Ok(tile);
             }
             let range = self.cache.wanted(address, level);
-            let part = self.world.get_part(&tile_name(address), range).await;
+            let part = self
+                .world
+                .get_part(&tile_name(address), range, MAX_TILE_BYTES)
+                .await;
             let part = part.map_err(|error| error.to_string())?;
             let Some((begin, bytes)) = part else {
                 return Err("the store does not have it".to_owned());

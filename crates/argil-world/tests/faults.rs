@@ -195,3 +195,29 @@ fn another_scene_is_refused() {
         assert!(WorldPlan::from_json(text, "plan").is_err());
     }
 }
+
+/// Bodies without an end are cut where objects end at the latest, and are not asked for again and again.
+#[test]
+fn bodies_have_an_end() {
+    let (scene, control) = (scene(), Control::default());
+    let plan = plan(&scene);
+    let inner = Arc::new(InMemory::new());
+    let good = store(&inner, Fault::None);
+    bake(&plan, &scene, &good, Shard::WHOLE, &control).expect("a world");
+    let endless = store(&inner, Fault::Endless);
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let name = format!("{}/plan.json", plan.hash());
+    for limit in [0, 1000, 5 << 20] {
+        let found = runtime.block_on(endless.get(&name, limit));
+        let error = found.expect_err("an error").to_string();
+        assert!(
+            error.contains("more than") && error.contains("plan.json"),
+            "{error}"
+        );
+    }
+    let short = runtime.block_on(good.get(&name, 10)).expect_err("an error");
+    assert!(short.to_string().contains("more than 10 bytes"), "{short}");
+    let part = runtime.block_on(endless.get_part(&name, 0..100, 1 << 20));
+    assert!(part.is_err());
+    assert!(runtime.block_on(good.get_part(&name, 0..100, 0)).is_ok());
+}

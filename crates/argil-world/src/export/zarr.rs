@@ -43,7 +43,7 @@ struct Level {
 impl Level {
     fn of(layout: &LevelsLayout, level: u32) -> Self {
         let own = layout.level(level);
-        let grid = own.voxel_grid;
+        let grid = *own.voxel_grid();
         // Whole cells. Without the corners at the end, which no cell of a shard of their own would hold.
         let begin = CELL as i32 * (grid.begin >> 3);
         let end = grid.begin + grid.size.as_ivec3();
@@ -53,7 +53,7 @@ impl Level {
             corner: grid.corner,
             begin,
             size: end - begin,
-            band: grid.voxel_size * layout.level(0).encoding.band.voxels(),
+            band: grid.voxel_size * layout.level(0).encoding().band.voxels(),
         }
     }
 

@@ -37,6 +37,8 @@ pub enum Fault {
     Exchanges,
     /// Nothing can be written.
     Forbids,
+    /// Whatever is asked for never ends, and its length is wrong.
+    Endless,
 }
 
 #[derive(Debug)]
@@ -123,6 +125,14 @@ impl ObjectStore for Faulty {
             }
             _ => self.inner.get_opts(from, how).await?,
         };
+        if self.fault == Fault::Endless {
+            let part = Bytes::from(vec![0; 1 << 20]);
+            let parts = futures_util::stream::repeat_with(move || Ok(part.clone())).boxed();
+            return Ok(GetResult {
+                payload: GetResultPayload::Stream(parts),
+                ..found
+            });
+        }
         let cuts = self.fault == Fault::Cuts || self.fault == Fault::CutsOnce && is_first;
         if !(is_tile && cuts) {
             return Ok(found);
