@@ -2,9 +2,9 @@
 
 use crate::args::EditArgs;
 use crate::{input, output};
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use argil::math::Aabb;
-use argil::scene::{Action, Journal, Scene};
+use argil::scene::{Action, Journal, JournalError, Scene};
 use argil::volume::EditStats;
 use argil::{BricksOptions, EditReport, Representation, World};
 use serde_json::{Value, json};
@@ -28,15 +28,31 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     // A volume file is edited as it is; a scene is baked first.
     let via = (!input::is_volume(&options.scene)?)
         .then_some(options.via.unwrap_or(BricksOptions::default().into()));
-    let about = (None, options.on.allow_external_meshes);
-    let (mut scene, mut world) =
-        input::world(&options.scene, &engine, via, &options.volume, about)?;
-    input::spare_meshes(&scene, &options.scene, outputs)?;
-    let build_ms = world.build_timings().duration_ms;
-    let mut journal = match &options.journal {
-        Some(path) => Some(Journal::create(path, &scene)?),
+    // If two processes begin the same journal, only the one that creates the file continues.
+    let begin = |scene: &Scene| match &options.journal {
+        Some(path) => Journal::create_new(path, scene).map(Some),
+        None => Ok(None),
+    };
+    // A bake takes a while, and can be killed: the journal is whole before it.
+    let mut journal = match via {
+        Some(_) => begin(&Scene::open(&options.scene)?)?,
         None => None,
     };
+    let about = (None, options.on.allow_external_meshes);
+    let built = input::world(&options.scene, &engine, via, &options.volume, about)
+        .and_then(|built| input::spare_meshes(&built.0, &options.scene, outputs).map(|()| built));
+    let (mut scene, mut world) = match built {
+        Ok(built) => built,
+        Err(error) => {
+            // Nothing is in it yet.
+            journal.map_or(Ok(()), Journal::remove)?;
+            return Err(error);
+        }
+    };
+    if via.is_none() {
+        journal = begin(&scene)?;
+    }
+    let build_ms = world.build_timings().duration_ms;
     let applied = replay(options, &mut scene, &mut world, journal.as_mut());
     if let (Err(_), Some(path)) = (&applied, &options.journal) {
         let path = path.display();
@@ -73,7 +89,7 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks the outputs before any work. Afterwards, the journal exists.
+/// Checks the outputs before any work.
 fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
     for (nth, path) in outputs.iter().enumerate() {
         output::check_place(path, &options.edits)?;
@@ -95,19 +111,10 @@ fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
     if let Some(path) = &options.scene_output {
         output::check_ending(path, "a scene", "json")?;
     }
-    if let Some(path) = &options.journal {
-        // If two processes begin the same journal, only the one that creates the file continues.
-        let made = std::fs::File::create_new(path);
-        if made
-            .as_ref()
-            .is_err_and(|e| e.kind() == std::io::ErrorKind::AlreadyExists)
-        {
-            bail!(
-                "{}: the journal already exists: recover its edits with `argil recover`, or remove it",
-                path.display()
-            );
-        }
-        made.with_context(|| path.display().to_string())?;
+    if let Some(path) = &options.journal
+        && std::fs::metadata(path).is_ok_and(|about| !about.is_file() || about.len() > 0)
+    {
+        return Err(JournalError::Exists(path.clone()).into());
     }
     Ok(())
 }

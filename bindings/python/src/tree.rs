@@ -283,17 +283,9 @@ fn take_children(mut tree: NodeTree) -> Vec<NodeTree> {
 
 /// Returns the nodes of a scene as a solid, in the order of its list.
 pub fn of_scene(scene: &Scene) -> Tree {
-    fn copied(scene: &Scene, id: argil::scene::NodeId, depth: usize) -> NodeTree {
-        let mut tree: NodeTree = scene.node(id).at_current_time().clone().into();
-        if depth < 2000 {
-            let children = scene.node(id).children().iter();
-            tree.children = children.map(|&id| copied(scene, id, depth + 1)).collect();
-        }
-        tree
-    }
     let root = scene.node(Scene::ROOT).children();
     Tree::Nodes {
-        nodes: root.iter().map(|&id| copied(scene, id, 0)).collect(),
+        nodes: root.iter().map(|&id| scene.subtree_at_current_time(id)).collect(),
         materials: scene
             .materials()
             .iter()

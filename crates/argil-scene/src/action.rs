@@ -113,24 +113,24 @@ impl Scene {
     /// # Panics
     /// If `node` is not in the scene.
     pub fn subtree(&self, node: NodeId) -> NodeTree {
-        let alone = |node: NodeId| NodeTree {
-            desc: self.node(node).desc().clone(),
-            children: Vec::new(),
-        };
-        // Incomplete copies, innermost last, each with the children that are still missing, next one last.
-        let lacking = |node: NodeId| self.node(node).children().iter().rev().copied().collect();
-        let mut open: Vec<(NodeTree, Vec<NodeId>)> = vec![(alone(node), lacking(node))];
-        loop {
-            let (_, next) = open.last_mut().expect("the outermost is taken last");
-            if let Some(child) = next.pop() {
-                open.push((alone(child), lacking(child)));
-            } else if let Some((whole, _)) = open.pop() {
-                match open.last_mut() {
-                    Some((around, _)) => around.children.push(whole),
-                    None => return whole,
-                }
-            }
-        }
+        NodeTree::copied(node, |node| {
+            let node = self.node(node);
+            (node.desc().clone(), node.children().iter().copied())
+        })
+    }
+
+    /// Copies a node and everything in it, as keyframes have them at the scene's time.
+    ///
+    /// # Panics
+    /// If `node` is not in the scene.
+    pub fn subtree_at_current_time(&self, node: NodeId) -> NodeTree {
+        NodeTree::copied(node, |node| {
+            let node = self.node(node);
+            (
+                node.at_current_time().clone(),
+                node.children().iter().copied(),
+            )
+        })
     }
 
     /// Performs an action. Returns what it changed, or `None` if it changes no geometry.

@@ -14,6 +14,8 @@ use crate::{
     Operator, Scene, View,
 };
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A line of a log.
@@ -32,7 +34,7 @@ enum LogLine {
         /// The end of the group if it is missing.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         index: Option<usize>,
-        entry: Box<Item>,
+        entry: Box<NodeTree>,
     },
     Remove {
         node: String,
@@ -182,51 +184,54 @@ impl Scene {
             let found = self.node_by_path(path);
             found.ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
         };
-        Ok(match serde_json::from_slice(line.as_bytes())? {
-            LogLine::Insert { into, index, entry } => {
-                let parent = node_of(&into)?;
-                let index = index.unwrap_or(self.node(parent).children.len());
-                let tree = NodeTree::from(*entry);
-                Action::InsertTree {
-                    parent,
+        let read = serde_json::from_slice(line.as_bytes());
+        Ok(
+            match read.or_else(|error| deep_insert(line).ok_or(error))? {
+                LogLine::Insert { into, index, entry } => {
+                    let parent = node_of(&into)?;
+                    let index = index.unwrap_or(self.node(parent).children.len());
+                    let tree = *entry;
+                    Action::InsertTree {
+                        parent,
+                        index,
+                        tree,
+                    }
+                }
+                LogLine::Remove { node } => Action::Edit(Edit::Remove {
+                    node: node_of(&node)?,
+                }),
+                LogLine::Replace { node, entry } => {
+                    let node = node_of(&node)?;
+                    let (entry, inner) = entry.into_entry();
+                    if !inner.is_empty() {
+                        return Err(LogError::Inner);
+                    }
+                    Action::Edit(Edit::Replace { node, desc: entry })
+                }
+                LogLine::Move { node, into, index } => Action::Edit(Edit::Move {
+                    node: node_of(&node)?,
+                    parent: node_of(&into)?,
                     index,
-                    tree,
+                }),
+                LogLine::SetVisible { node, visible } => Action::Edit(Edit::SetVisible {
+                    node: node_of(&node)?,
+                    visible,
+                }),
+                LogLine::Transform { node, by } => Action::Edit(Edit::Transform {
+                    node: node_of(&node)?,
+                    by,
+                }),
+                LogLine::SetMaterial { name, material } => {
+                    Action::Edit(Edit::SetMaterial { name, material })
                 }
-            }
-            LogLine::Remove { node } => Action::Edit(Edit::Remove {
-                node: node_of(&node)?,
-            }),
-            LogLine::Replace { node, entry } => {
-                let node = node_of(&node)?;
-                let (entry, inner) = entry.into_entry();
-                if !inner.is_empty() {
-                    return Err(LogError::Inner);
-                }
-                Action::Edit(Edit::Replace { node, desc: entry })
-            }
-            LogLine::Move { node, into, index } => Action::Edit(Edit::Move {
-                node: node_of(&node)?,
-                parent: node_of(&into)?,
-                index,
-            }),
-            LogLine::SetVisible { node, visible } => Action::Edit(Edit::SetVisible {
-                node: node_of(&node)?,
-                visible,
-            }),
-            LogLine::Transform { node, by } => Action::Edit(Edit::Transform {
-                node: node_of(&node)?,
-                by,
-            }),
-            LogLine::SetMaterial { name, material } => {
-                Action::Edit(Edit::SetMaterial { name, material })
-            }
-            LogLine::SetView { view } => Action::Edit(Edit::SetView { view }),
-            LogLine::RenameMeshes { paths } => Action::RenameMeshes(paths),
-            LogLine::BeginStroke {} => Action::BeginStroke,
-            LogLine::EndStroke {} => Action::EndStroke,
-            LogLine::Undo {} => Action::Undo,
-            LogLine::Redo {} => Action::Redo,
-        })
+                LogLine::SetView { view } => Action::Edit(Edit::SetView { view }),
+                LogLine::RenameMeshes { paths } => Action::RenameMeshes(paths),
+                LogLine::BeginStroke {} => Action::BeginStroke,
+                LogLine::EndStroke {} => Action::EndStroke,
+                LogLine::Undo {} => Action::Undo,
+                LogLine::Redo {} => Action::Redo,
+            },
+        )
     }
 
     /// Writes an action as a line of a log, without line end. Call it before the action is performed, because
@@ -238,11 +243,17 @@ impl Scene {
                 parent,
                 index,
                 tree,
-            } => LogLine::Insert {
-                into: self.path(*parent),
-                index: Some(*index),
-                entry: Box::new(Item::from(tree)),
-            },
+            } => {
+                let (into, index) = (self.path(*parent), *index);
+                if tree.depth() > MAX_PLAIN_DEPTH {
+                    return deep_line(&into, index, tree);
+                }
+                LogLine::Insert {
+                    into,
+                    index: Some(index),
+                    entry: Box::new(tree.clone()),
+                }
+            }
             Action::RenameMeshes(paths) => LogLine::RenameMeshes {
                 paths: paths.clone(),
             },
@@ -268,7 +279,7 @@ impl Scene {
             } => LogLine::Insert {
                 into: self.path(*parent),
                 index: Some(*index),
-                entry: Box::new(Item::of(entry)),
+                entry: Box::new(entry.clone().into()),
             },
             Edit::Remove { node } => LogLine::Remove {
                 node: self.path(*node),
@@ -301,6 +312,45 @@ impl Scene {
             Edit::SetView { view } => LogLine::SetView { view: view.clone() },
         }
     }
+}
+
+/// Groups that nest deeper are read and written as scene files are, without recursion.
+const MAX_PLAIN_DEPTH: usize = 50;
+
+/// An insertion whose entry is still text.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DeepInsert<'a> {
+    edit: Cow<'a, str>,
+    #[serde(default)]
+    into: Cow<'a, str>,
+    #[serde(default)]
+    index: Option<usize>,
+    #[serde(borrow)]
+    entry: Cow<'a, RawValue>,
+}
+
+/// Reads an insertion of groups that nest deeper than a parser's stack, or `None` if the line is something else.
+fn deep_insert(line: &str) -> Option<LogLine> {
+    let line: DeepInsert<'_> = serde_json::from_slice(line.as_bytes()).ok()?;
+    let tree = crate::file::read_tree(line.entry.get())?;
+    (line.edit == "insert").then(|| LogLine::Insert {
+        into: line.into.into_owned(),
+        index: line.index,
+        entry: Box::new(tree),
+    })
+}
+
+/// Writes an insertion of groups that nest deeper than a serializer's stack.
+fn deep_line(into: &str, index: usize, tree: &NodeTree) -> String {
+    let text = crate::file::tree_text(tree);
+    serde_json::to_string(&DeepInsert {
+        edit: "insert".into(),
+        into: into.into(),
+        index: Some(index),
+        entry: Cow::Owned(text),
+    })
+    .expect("entries are JSON")
 }
 
 fn text_of(line: &LogLine) -> String {

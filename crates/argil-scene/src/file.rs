@@ -18,7 +18,8 @@ mod schema;
 mod tokens;
 mod write;
 
-use crate::{SampledGrid, Scene};
+use crate::{NodeTree, SampledGrid, Scene};
+use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -28,6 +29,35 @@ use error::MAX_QUICK_BYTES;
 pub use error::{FORMAT_VERSION, FileError};
 #[cfg(feature = "schema")]
 pub use schema::schema;
+
+/// Reads a brush or a group as a scene file has it, however deep it nests. Materials are not checked.
+pub(crate) fn read_tree(text: &str) -> Option<NodeTree> {
+    let text = format!("{{\"argil\": {FORMAT_VERSION}, \"brushes\": [{text}]}}");
+    let scene = read::unchecked(text.as_bytes())?;
+    match scene.node(Scene::ROOT).children() {
+        [one] => Some(scene.subtree(*one)),
+        _ => None,
+    }
+}
+
+/// Returns a brush or a group as a scene file has it, on one line, however deep it nests.
+///
+/// # Panics
+/// Never: every entry is JSON.
+pub(crate) fn tree_text(tree: &NodeTree) -> Box<RawValue> {
+    let mut scene = Scene::new();
+    let mut open = vec![(Scene::ROOT, tree)];
+    while let Some((parent, tree)) = open.pop() {
+        let node = scene.append(parent, tree.desc.clone());
+        open.extend(tree.children.iter().rev().map(|child| (node, child)));
+    }
+    let mut text = Vec::new();
+    // A vector takes every byte.
+    let _ = write::write_items(&scene, &mut text);
+    // Strings have no line ends of their own.
+    let text = String::from_utf8_lossy(&text).replace('\n', "");
+    RawValue::from_string(text.trim().to_owned()).expect("an entry is JSON")
+}
 
 impl Scene {
     /// Reads a scene file.
@@ -149,6 +179,28 @@ pub fn write_atomically(
     replace(path, write)
 }
 
+/// Writes a new file, which appears as a whole. A file of no bytes is replaced.
+///
+/// # Errors
+/// If there is a file with something in it, or it cannot be written.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    if std::fs::metadata(path).is_ok_and(|about| about.is_file() && about.len() == 0) {
+        std::fs::remove_file(path)?;
+    }
+    let (mut file, unfinished) = begin_beside(path)?;
+    std::io::Write::write_all(&mut file, bytes)?;
+    file.as_file().sync_all()?;
+    file.persist_noclobber(path).map_err(|e| e.error)?;
+    drop(unfinished);
+    Ok(())
+}
+
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    std::io::Write::write_all(&mut std::fs::File::create_new(path)?, bytes)
+}
+
 /// A temporary file that is older than this belongs to a program that was killed.
 #[cfg(not(target_arch = "wasm32"))]
 const ABANDONED_AFTER: std::time::Duration = std::time::Duration::from_secs(24 * 3600);
@@ -179,6 +231,21 @@ fn replace(
     path: &Path,
     write: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
+    let (mut file, unfinished) = begin_beside(path)?;
+    let mut out = std::io::BufWriter::new(file.as_file_mut());
+    write(&mut out)?;
+    std::io::Write::flush(&mut out)?;
+    drop(out);
+    // Write the contents to disk before the name refers to them.
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|e| e.error)?;
+    drop(unfinished);
+    Ok(())
+}
+
+/// Creates a temporary file in the folder of another one.
+#[cfg(not(target_arch = "wasm32"))]
+fn begin_beside(path: &Path) -> std::io::Result<(tempfile::NamedTempFile, TempFile)> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -191,23 +258,14 @@ fn replace(
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let begun = TempFile::begin(|| builder.tempfile_in(folder));
     // The temporary name would not help a user.
-    let (mut file, unfinished) = begun.map_err(|error| {
+    begun.map_err(|error| {
         let reason = format!(
             "no file can be created in {}: {}: choose another folder",
             folder.display(),
             reason_of(error.kind())
         );
         std::io::Error::new(error.kind(), reason)
-    })?;
-    let mut out = std::io::BufWriter::new(file.as_file_mut());
-    write(&mut out)?;
-    std::io::Write::flush(&mut out)?;
-    drop(out);
-    // Write the contents to disk before the name refers to them.
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    drop(unfinished);
-    Ok(())
+    })
 }
 
 /// Describes a system error, without a path.

@@ -2,9 +2,10 @@
 //!
 //! *Practice.* The first line holds the scene when the journal began. Each later line holds an edit with a
 //! checksum. The system receives each line at once and complete. If the process dies, every recorded edit is there,
-//! and at most the last line is torn. If the machine dies, lines that the system had not written yet are lost. Name
-//! and view are from the beginning, because they are not edits.
+//! and at most the last line is torn. If the machine dies, lines that the system had not written yet are lost. The
+//! scene's name is from the beginning, because it is not an edit.
 
+use crate::file::write_new;
 use crate::{Edit, EditError, EditOutcome, FileError, LogError, Scene, write_atomically};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -37,6 +38,16 @@ pub enum JournalError {
     /// The scene already has a history, whose undo could not be replayed.
     #[error("a journal must begin before the first edit, and this scene has {0} edits")]
     HistoryNotEmpty(usize),
+    /// The file has no bytes: its session ended before it recorded anything.
+    #[error(
+        "{0}: nothing was recorded: the session ended before its first edit, and its scene is as it was"
+    )]
+    Empty(PathBuf),
+    /// There is a journal, and it is not replaced.
+    #[error(
+        "{0}: the journal already exists: recover its edits with `argil recover`, or remove it"
+    )]
+    Exists(PathBuf),
     /// The file does not begin as a journal does.
     #[error("{0}: not a journal of edits, or its first line is damaged")]
     NoJournal(PathBuf),
@@ -64,7 +75,9 @@ pub enum JournalError {
         line: usize,
     },
     /// A complete line cannot be replayed.
-    #[error("{path}:{line}")]
+    #[error(
+        "{path}:{line}: this line cannot be replayed: to recover the edits before it, truncate a copy of the file before this line"
+    )]
     Line {
         /// Path of the file.
         path: PathBuf,
@@ -141,7 +154,34 @@ impl Journal {
         Self::begin_at(path.as_ref().into(), scene)
     }
 
+    /// Creates a journal of a scene's edits, unless there is one. It appears as a whole, and only one of several processes creates
+    /// it. A file of no bytes is replaced.
+    ///
+    /// # Errors
+    /// If there is a file with something in it, the file cannot be written, or the scene already has a history.
+    pub fn create_new(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
+        let path = path.as_ref();
+        let line = Self::head_line(scene)?;
+        let made =
+            write_new(path, line.as_bytes()).and_then(|()| Self::open(path, line.len() as u64));
+        made.map_err(|source| match source.kind() {
+            std::io::ErrorKind::AlreadyExists => JournalError::Exists(path.into()),
+            _ => JournalError::Io {
+                path: path.into(),
+                source,
+            },
+        })
+    }
+
     fn begin_at(path: PathBuf, scene: &Scene) -> Result<Self, JournalError> {
+        let line = Self::head_line(scene)?;
+        write_atomically(&path, |out| out.write_all(line.as_bytes()))
+            .and_then(|()| Self::open(&path, line.len() as u64))
+            .map_err(|source| JournalError::Io { path, source })
+    }
+
+    /// Returns the first line of a journal.
+    fn head_line(scene: &Scene) -> Result<String, JournalError> {
         let edits: usize = scene.undo_depth() + scene.redo_depth();
         if edits > 0 {
             return Err(JournalError::HistoryNotEmpty(edits));
@@ -150,10 +190,9 @@ impl Journal {
             journal: VERSION,
             scene: scene.to_json(),
         };
-        let line = summed(&serde_json::to_string(&head).expect("a head is JSON"));
-        write_atomically(&path, |out| out.write_all(line.as_bytes()))
-            .and_then(|()| Self::open(&path, line.len() as u64))
-            .map_err(|source| JournalError::Io { path, source })
+        Ok(summed(
+            &serde_json::to_string(&head).expect("a head is JSON"),
+        ))
     }
 
     /// Restores a scene from a journal, which stays unchanged.
@@ -172,6 +211,9 @@ impl Journal {
         let mut bytes = Vec::new();
         let read = |bytes| File::open(path)?.read_to_end(bytes);
         read(&mut bytes).map_err(io)?;
+        if bytes.is_empty() {
+            return Err(JournalError::Empty(path.into()));
+        }
         let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
         let head = lines.next().and_then(whole);
         let head: Option<JournalHead> =

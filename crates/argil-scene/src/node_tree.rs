@@ -19,7 +19,7 @@ use crate::{BlendProfile, Keyframe, Modifier, MorphRamp, NodeDesc, NodeKind, Ope
 /// assert_eq!(scene.brush_count(), 3);
 /// # Ok::<(), argil_scene::EditError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct NodeTree {
     /// The brush or group itself.
     pub desc: NodeDesc,
@@ -36,6 +36,36 @@ impl NodeTree {
             open.extend(&next.children);
             Some(&next.desc)
         })
+    }
+
+    /// Copies what is nested, without recursion. `parts` returns the description of a node, and its children.
+    pub(crate) fn copied<N, I: DoubleEndedIterator<Item = N>>(
+        root: N,
+        parts: impl Fn(N) -> (NodeDesc, I),
+    ) -> Self {
+        let begun = |node: N| {
+            let (desc, children) = parts(node);
+            let children: Vec<N> = children.rev().collect();
+            (desc, Vec::new(), children)
+        };
+        let mut top = begun(root);
+        // Incomplete copies, innermost last, each with the children that are still missing, next one last.
+        let mut around = Vec::new();
+        loop {
+            let (desc, mut children, mut missing) = top;
+            if let Some(child) = missing.pop() {
+                around.push((desc, children, missing));
+                top = begun(child);
+                continue;
+            }
+            children.shrink_to_fit();
+            let whole = Self { desc, children };
+            top = match around.pop() {
+                Some(above) => above,
+                None => return whole,
+            };
+            top.1.push(whole);
+        }
     }
 
     /// Returns the depth of nesting: 1 for a brush or an empty group.
@@ -64,6 +94,13 @@ impl NodeTree {
         }
         self.children.push(operand);
         self
+    }
+}
+
+/// Clones without recursion, because files may nest groups deeper than a thread's stack.
+impl Clone for NodeTree {
+    fn clone(&self) -> Self {
+        Self::copied(self, |tree| (tree.desc.clone(), tree.children.iter()))
     }
 }
 

@@ -133,7 +133,7 @@ fn errors_name_line_column_path_and_reason() {
         ),
         (
             brush(r#"{"shape": {"type": "sphere", "radius": 1, "size": 2}}"#),
-            "s.json:3:51: brushes[1].shape.size: unknown field `size`",
+            "s.json:3:43: brushes[1].shape.size: unknown field `size`",
         ),
         (
             brush(r#"{"shape": {"type": "sphere"}}"#),
@@ -169,6 +169,53 @@ fn errors_name_line_column_path_and_reason() {
             "brushes[1].modifiers[0].to: unknown field `to`",
         ),
         (
+            brush("{\"shape\": {\"type\": \"sphere\", \"raduis\": 1}}"),
+            "s.json:3:30: brushes[1].shape.raduis: unknown field `raduis`, expected `radius`; did you mean `radius`?",
+        ),
+        (
+            brush("{\"shape\": {\"type\": \"spehre\", \"radius\": 1}}"),
+            "did you mean `sphere`?",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"materail\": \"a\"}}")),
+            "brushes[1].materail: unknown field `materail`, expected one of `name`",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"operator\": \"substract\"}}")),
+            "did you mean `subtract`?",
+        ),
+        (
+            brush(&format!(
+                "{{{sphere}, \"modifiers\": [{{\"type\": \"translate\", \"by\": [1, 2, 3]}}, {{\"type\": \"twist\", \"degreees\": 1}}]}}"
+            )),
+            "brushes[1].modifiers[1].degreees: unknown field `degreees`",
+        ),
+        (
+            "{\"argil\": 1, \"brushs\": []}".into(),
+            "s.json:1:14: brushs: unknown field `brushs`, expected one of `$schema`",
+        ),
+        (
+            "{\"argil\": 1,\n \"view\": {\"grond\": true}, \"brushes\": []}".into(),
+            "s.json:2:11: view.grond: unknown field `grond`",
+        ),
+        (
+            "{\"argil\": 1, \"materials\": {\"a\": {\"base_colour\": [1, 1, 1]}}, \"brushes\": []}"
+                .into(),
+            "did you mean `base_color`?",
+        ),
+        (
+            "{\"argil\": 1, // one\n \"brushes\": []}".into(),
+            "s.json:1:14: JSON has no comments",
+        ),
+        (
+            "{\"argil\": 1, \"brushes\": [],}".into(),
+            "no comma after the last value",
+        ),
+        (
+            brush(&format!("{{{sphere}, \"material\": \"none\"}}")),
+            "brushes[1].material: the scene has no material \"none\"",
+        ),
+        (
             brush(&format!("{{\"brushes\": [{{{sphere}, \"amount\": 2}}]}}")),
             "brushes[1].brushes[0].amount: 2 is not from 0 to 1",
         ),
@@ -186,7 +233,10 @@ fn errors_name_line_column_path_and_reason() {
             "{\"argil\": 0, \"brushes\": []}".into(),
             "0 is not a version",
         ),
-        ("{\"brushes\": []}".into(), "first field must be \"argil\""),
+        (
+            "{\"brushes\": []}".into(),
+            "the field \"argil\": 1, the version of the format, is missing",
+        ),
         ("[]".into(), "one JSON object"),
         ("".into(), "truncated"),
         ("\u{0}\u{0}garbage".into(), "invalid JSON"),
@@ -210,6 +260,30 @@ fn errors_name_line_column_path_and_reason() {
         Scene::from_json("{\"argil\": 2, \"what\": 0}", "s"),
         Err(FileError::Newer { found: 2, .. })
     ));
+    // Also where what is unknown comes first.
+    assert!(matches!(
+        Scene::from_json("{\"what\": 0, \"argil\": 2}", "s"),
+        Err(FileError::Newer { found: 2, .. })
+    ));
+}
+
+/// Tools sort keys, and editors add the address of a schema.
+#[test]
+fn fields_have_any_order() {
+    let sphere = "{\"shape\": {\"type\": \"sphere\", \"radius\": 1}, \"material\": \"red\"}";
+    let red = "\"materials\": {\"red\": {\"base_color\": [1, 0, 0]}}";
+    let usual = format!("{{\"argil\": 1, {red}, \"brushes\": [{sphere}]}}");
+    let sorted =
+        format!("{{\"$schema\": \"x.json\", \"brushes\": [{sphere}], {red}, \"argil\": 1}}");
+    assert_eq!(parse(&sorted).unwrap(), parse(&usual).unwrap());
+    // The other reader takes it, too.
+    let deep = format!(
+        "{}{sphere}{}",
+        "{\"brushes\": [".repeat(40),
+        "]}".repeat(40)
+    );
+    let text = format!("{{\"brushes\": [{deep}], {red}, \"argil\": 1, \"$schema\": \"x\"}}");
+    assert_eq!(parse(&text).unwrap().brush_count(), 1);
 }
 
 #[test]

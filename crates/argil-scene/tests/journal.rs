@@ -1,6 +1,8 @@
 //! Recovers a session from its journal after its process was killed at any moment.
 
-use argil_scene::{Brush, Edit, Journal, JournalError, Modifier, Scene, Shape};
+use argil_scene::{
+    Action, Brush, Edit, Group, Journal, JournalError, Modifier, NodeTree, Scene, Shape,
+};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -166,7 +168,8 @@ fn a_truncated_journal_gives_all_complete_lines() {
                 let again = Journal::recover(&path).expect("a journal");
                 assert!(again.scene == scene && again.torn_bytes == 0);
             }
-            Err(JournalError::NoJournal(_)) => assert!(length < head, "{length}"),
+            Err(JournalError::Empty(_)) => assert_eq!(length, 0),
+            Err(JournalError::NoJournal(_)) => assert!((1..head).contains(&length), "{length}"),
             Err(other) => panic!("{length}: {other}"),
         }
     }
@@ -217,4 +220,49 @@ fn refused_edits_are_not_recorded() {
         Journal::recover(&path),
         Err(JournalError::Io { .. })
     ));
+}
+
+/// Whatever can be inserted is recorded so that it can be read again, and does not take what was recorded before it along.
+#[test]
+fn groups_of_any_depth_are_recovered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("deep.journal");
+    for depth in [40, 49, 50, 63, 70, 130, 5_000] {
+        let mut scene = beginning();
+        let mut journal = Journal::create(&path, &scene).expect("a journal");
+        let ball: NodeTree = Brush::new(Shape::sphere(0.1)).with_name("a\nb").into();
+        let tree = (0..depth).fold(ball, |inner, _| {
+            let mut group: NodeTree = Group::new().at([0.01, 0.0, 0.0]).into();
+            group.children.push(inner);
+            group
+        });
+        assert_eq!(tree.clone().depth(), depth + 1);
+        let insert = Action::InsertTree {
+            parent: Scene::ROOT,
+            index: 1,
+            tree,
+        };
+        let (before, line) = (line(&scene, 1), scene.action_line(&insert));
+        journal.replay(&mut scene, &before).expect("an edit");
+        journal.replay(&mut scene, &line).expect("a deep edit");
+        assert!(scene.brush_count() >= 2);
+        let found = Journal::recover(&path).expect("a journal");
+        assert!(found.edits == 2 && found.scene == scene, "{depth}");
+    }
+}
+
+/// A file of no bytes is what is left of a session that ended before its first edit.
+#[test]
+fn empty_journals_hold_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("empty.journal");
+    std::fs::write(&path, "").expect("a file");
+    let error = Journal::recover(&path).expect_err("nothing");
+    assert!(matches!(error, JournalError::Empty(_)), "{error}");
+    // It is nobody's, and others are kept.
+    let scene = beginning();
+    drop(Journal::create_new(&path, &scene).expect("a journal"));
+    assert!(Journal::recover(&path).expect("a journal").scene == scene);
+    let error = Journal::create_new(&path, &scene).expect_err("it is there");
+    assert!(matches!(error, JournalError::Exists(_)), "{error}");
 }

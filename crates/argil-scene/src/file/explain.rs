@@ -17,7 +17,14 @@ pub(super) fn explain<T: DeserializeOwned>(
     let reason = message.split(" at line ").next().unwrap_or_default();
     let mut fault = ValidationError::new("", plain(reason));
     let misses = reason.starts_with("missing field");
-    match serde_json::from_slice(text) {
+    let root = serde_json::from_slice(text);
+    if let Ok(root) = &root
+        && let Some(way) = unknown_member::<T>(root, reason)
+    {
+        fault.path = path_of(&way);
+        return fault.within(path);
+    }
+    match root {
         Ok(root @ Value::Object(_)) => fault.path = path_of(&deepest::<T>(&root, misses)),
         _ if misses => {}
         Ok(Value::Array(elements)) => {
@@ -42,12 +49,73 @@ pub(super) fn explain<T: DeserializeOwned>(
     fault.within(path)
 }
 
-/// Returns a reason without words of Rust.
+/// Returns a reason without words of Rust, and with the nearest of the names that are expected.
 fn plain(reason: &str) -> String {
-    match reason.split_once("expected internally tagged enum ") {
-        Some((before, _)) => format!("{before}expected an object with a \"type\""),
-        None => reason.to_owned(),
+    if let Some((before, _)) = reason.split_once("expected internally tagged enum ") {
+        return format!("{before}expected an object with a \"type\"");
     }
+    let mut quoted = reason.split('`').skip(1).step_by(2);
+    let found = quoted.next().unwrap_or_default();
+    match reason.starts_with("unknown ") {
+        true => format!("{reason}{}", nearest(found, quoted)),
+        false => reason.to_owned(),
+    }
+}
+
+/// Asks whether the known name was meant that is nearest to another one, if one is near.
+fn nearest<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let ratings = known.map(|name| (strsim::normalized_damerau_levenshtein(found, name), name));
+    let best = ratings.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    match best {
+        Some((rating, name)) if rating >= 0.5 => format!("; did you mean `{name}`?"),
+        _ => String::new(),
+    }
+}
+
+/// Returns the reason why a field is refused.
+pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
+    let hint = nearest(found, known.iter().copied());
+    format!(
+        "unknown field `{found}`, expected one of `{}`{hint}",
+        known.join("`, `")
+    )
+}
+
+/// At most this many members of a name are tried.
+const MAX_TRIED: usize = 64;
+
+/// Returns the way to the member that an error calls unknown: the first of its name without which the error is another one.
+fn unknown_member<T: DeserializeOwned>(root: &Value, reason: &str) -> Option<Vec<Step>> {
+    let name = reason.strip_prefix("unknown field `")?.split('`').next()?;
+    let (mut found, mut open) = (Vec::new(), vec![Vec::new()]);
+    while let Some(way) = open.pop() {
+        let inner = at(root, &way)?;
+        let steps: Vec<Step> = match inner {
+            Value::Object(members) => members.keys().cloned().map(Step::Name).collect(),
+            Value::Array(elements) if elements.len() <= MAX_SEARCHED => {
+                (0..elements.len()).map(Step::Index).collect()
+            }
+            _ => continue,
+        };
+        for step in steps {
+            let way = [&way[..], std::slice::from_ref(&step)].concat();
+            if step == Step::Name(name.to_owned()) {
+                found.push(way.clone());
+            }
+            open.push(way);
+        }
+    }
+    found.truncate(MAX_TRIED);
+    let is_it = |way: &Vec<Step>| complaint::<T>(without(root, way)).as_deref() != Some(reason);
+    found.into_iter().find(is_it)
+}
+
+/// Returns the value at the end of a way.
+fn at<'a>(root: &'a Value, way: &[Step]) -> Option<&'a Value> {
+    way.iter().try_fold(root, |value, step| match step {
+        Step::Name(name) => value.get(name),
+        Step::Index(index) => value.get(index),
+    })
 }
 
 /// A step from a value to one in it.
@@ -65,11 +133,7 @@ const MAX_SEARCHED: usize = 256;
 fn deepest<T: DeserializeOwned>(root: &Value, misses: bool) -> Vec<Step> {
     let mut steps = Vec::new();
     loop {
-        let inner = steps.iter().try_fold(root, |value, step| match step {
-            Step::Name(name) => value.get(name),
-            Step::Index(index) => value.get(index),
-        });
-        let next: Vec<Step> = match inner {
+        let next: Vec<Step> = match at(root, &steps) {
             Some(Value::Object(members)) => {
                 // Whether members keep their order depends on features that others turn on.
                 let mut names: Vec<String> = members.keys().cloned().collect();
@@ -169,24 +233,33 @@ pub(super) fn culprit(
         .map(|key| (*key).clone())
 }
 
-/// Returns line and column, from 1, of the value at a path, or of the deepest part of the path that exists.
-pub(super) fn locate(source: ByteSource<'_>, path: &str) -> (u64, u64) {
+/// Returns line and column, from 1, of the value that is at fault, or of its name if that is unknown. If there is none, it is
+/// the deepest part of the path that exists.
+pub(super) fn locate(source: ByteSource<'_>, fault: &ValidationError) -> (u64, u64) {
+    let is_unknown = fault.reason.starts_with("unknown field");
     // The first pass already checked this part against the limits.
     let mut reader = tokens(source, None);
-    let mut rest = path;
+    let mut rest = &*fault.path;
+    let mut name_at = None;
     while !rest.is_empty() {
         let entered = match rest.strip_prefix('[').and_then(|r| r.split_once(']')) {
             Some((index, after)) => {
                 rest = after;
                 enter_array(&mut reader, index.parse().unwrap_or(0))
             }
-            None => enter_object(&mut reader, &mut rest),
+            None => enter_object(&mut reader, &mut rest).map(|found| {
+                name_at = found;
+                found.is_some()
+            }),
         };
         if !matches!(entered, Ok(true)) {
             // The path ends here: this place is close enough.
             return position(&reader);
         }
         rest = rest.strip_prefix('.').unwrap_or(rest);
+    }
+    if let Some(name_at) = name_at.filter(|_| is_unknown) {
+        return name_at;
     }
     // Peeking skips white space before the value.
     let _ = reader.peek();
@@ -220,13 +293,17 @@ const RENAMED: &[(&str, &str)] = &[
 ];
 
 /// Enters the first member whose name begins the path, and removes it from the path. Names may contain dots and
-/// brackets, so the rest must be empty or start a new step.
-pub(super) fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<bool, ReaderError> {
+/// brackets, so the rest must be empty or start a new step. Returns the position of the name.
+fn enter_object(
+    reader: &mut Tokens<'_>,
+    path: &mut &str,
+) -> Result<Option<(u64, u64)>, ReaderError> {
     if reader.peek()? != ValueType::Object {
-        return Ok(false);
+        return Ok(None);
     }
     reader.begin_object()?;
     while reader.has_next()? {
+        let name_at = position(reader);
         let name = reader.next_name()?;
         let now = RENAMED.iter().find(|(former, _)| *former == name);
         if let Some(after) = path
@@ -235,11 +312,11 @@ pub(super) fn enter_object(reader: &mut Tokens<'_>, path: &mut &str) -> Result<b
             .filter(|a| a.is_empty() || a.starts_with(['.', '[']))
         {
             *path = after;
-            return Ok(true);
+            return Ok(Some(name_at));
         }
         reader.skip_value()?;
     }
-    Ok(false)
+    Ok(None)
 }
 
 /// `UnexpectedComma` → `unexpected comma`.
@@ -259,6 +336,13 @@ pub(super) fn describe(error: &ReaderError) -> String {
         ReaderError::SyntaxError(e) => match e.kind {
             SyntaxErrorKind::IncompleteDocument => {
                 "unexpected end of file: it is truncated".to_owned()
+            }
+            SyntaxErrorKind::CommentsNotEnabled => {
+                "JSON has no comments: remove it, or write it into a \"name\" or \"credit\""
+                    .to_owned()
+            }
+            SyntaxErrorKind::TrailingCommaNotEnabled => {
+                "JSON has no comma after the last value: remove it".to_owned()
             }
             kind => format!("invalid JSON: {}", in_words(&format!("{kind:?}"))),
         },

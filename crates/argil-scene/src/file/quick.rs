@@ -29,32 +29,31 @@ pub(super) fn read(text: &[u8]) -> Option<Scene> {
         .strip_prefix(super::tokens::BYTE_ORDER_MARK)
         .unwrap_or(text);
     let fields: Members<'_, String> = serde_json::from_slice(text).ok()?;
-    let mut fields = fields.0.into_iter();
-    let (first, version) = fields.next()?;
-    if first != "argil" || !(1..=FORMAT_VERSION).contains(&part(version)?) {
-        return None;
-    }
     let mut scene = Scene::new();
     let mut seen: Vec<String> = Vec::new();
-    for (field, value) in fields {
+    let (mut has_version, mut items) = (false, None);
+    for (field, value) in fields.0 {
         if seen.contains(&field) {
             return None;
         }
-        let has_brushes = seen.iter().any(|field| field == "brushes");
         match field.as_str() {
+            "$schema" => drop(part::<String>(value)?),
+            "argil" => has_version = (1..=FORMAT_VERSION).contains(&part(value)?),
             "name" => scene.name = part(value)?,
             "credit" => scene.credit = part(value)?,
             "view" => {
                 scene.view = part::<View>(value)?;
                 scene.view.check().ok()?;
             }
-            "materials" if !has_brushes => materials(&mut scene, value)?,
-            "brushes" => brushes(&mut scene, value)?,
+            "materials" => materials(&mut scene, value)?,
+            // They name materials, which can come later.
+            "brushes" => items = Some(value),
             _ => return None,
         }
         seen.push(field);
     }
-    seen.iter().any(|field| field == "brushes").then_some(scene)
+    brushes(&mut scene, items?)?;
+    has_version.then_some(scene)
 }
 
 fn materials(scene: &mut Scene, all: &RawValue) -> Option<()> {
@@ -246,16 +245,18 @@ mod tests {
         for text in [
             "{\"argil\": 1, \"brushes\": []}",
             "\u{feff}{\"argil\": 1, \"brushes\": []}\n\n",
+            "{\"$schema\": \"argil.schema.json\", \"argil\": 1, \"brushes\": []}",
+            "{\"brushes\": [{\"brushes\": [], \"material\": \"a\"}], \"argil\": 1, \"materials\": {\"a\": {}}, \"$schema\": \"\"}",
         ] {
             assert!(agree(text.as_bytes()), "{text}");
         }
         for text in [
-            "{\"brushes\": [], \"argil\": 1}",
+            "{\"brushes\": []}",
+            "{\"$schema\": 1, \"argil\": 1, \"brushes\": []}",
             "{\"argil\": 2, \"brushes\": []}",
             "{\"argil\": 1.0, \"brushes\": []}",
             "{\"argil\": 1}",
             "{\"argil\": 1, \"brushes\": null}",
-            "{\"argil\": 1, \"brushes\": [], \"materials\": {}}",
             "{\"argil\": 1, \"brushes\": [], \"brushes\": []}",
             "{\"argil\": 1, \"brushes\": [{}]}",
             "{\"argil\": 1, \"brushes\": [{\"brushes\": [], \"brushes\": []}]}",

@@ -1,10 +1,10 @@
 //! Reads a document's tokens with a stack on the heap.
 
 use super::error::{FORMAT_VERSION, FileError, MAX_PART_BYTES, fault_of};
-use crate::file::explain::{describe, explain, locate, position};
+use crate::file::explain::{describe, explain, locate, position, unknown_field};
 use crate::file::tokens::{ByteSource, Meter, Stop, Tokens, tokens};
 use crate::node::pose_of;
-use crate::{Group, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
+use crate::{EditError, Group, NodeDesc, NodeId, NodeKind, Scene, ValidationError};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::Path;
@@ -25,7 +25,7 @@ pub(super) fn read<'a>(
     };
     let meter = Meter::default();
     let mut reader = tokens(source, Some(&meter));
-    match document(&mut reader, &meter) {
+    match document(&mut reader, &meter).and_then(with_known_materials) {
         Ok(scene) => {
             let (line, column) = position(&reader);
             let follows = |_| {
@@ -38,10 +38,6 @@ pub(super) fn read<'a>(
             reader.consume_trailing_whitespace().map_err(follows)?;
             Ok(scene)
         }
-        Err(Stop::Newer(found)) => Err(FileError::Newer {
-            path: path.into(),
-            found,
-        }),
         Err(Stop::Reader(ReaderError::IoError { error, .. }))
             if error.kind() != std::io::ErrorKind::InvalidData =>
         {
@@ -59,7 +55,21 @@ pub(super) fn read<'a>(
             ))
         }
         Err(Stop::Fault(fault)) => {
-            let (line, column) = locate(again()?, &fault.path);
+            match version(again()?) {
+                // What a later version adds is no fault of the file.
+                Some(Some(found)) if found > u64::from(FORMAT_VERSION) => {
+                    return Err(FileError::Newer {
+                        path: path.into(),
+                        found,
+                    });
+                }
+                None => {
+                    let reason = "not a scene: the field \"argil\": 1, the version of the format, is missing";
+                    return Err(content(1, 1, ValidationError::new("", reason)));
+                }
+                Some(_) => {}
+            }
+            let (line, column) = locate(again()?, &fault);
             Err(content(line, column, fault))
         }
     }
@@ -72,26 +82,6 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
         return fault("", "a scene file holds one JSON object, {\"argil\": 1, …}");
     }
     reader.begin_object()?;
-    if !reader.has_next()? || reader.next_name()? != "argil" {
-        return fault(
-            "",
-            "not a scene: the first field must be \"argil\": 1, the version of the format",
-        );
-    }
-    let version: Value = part(reader, "argil")?;
-    match version.as_u64() {
-        Some(n) if n > u64::from(FORMAT_VERSION) => return Err(Stop::Newer(n)),
-        Some(1..) => {}
-        _ => {
-            return fault(
-                "argil",
-                &format!(
-                    "{version} is not a version of the format: write \"argil\": {FORMAT_VERSION}"
-                ),
-            );
-        }
-    }
-    let mut brushes_read = false;
     let mut seen: Vec<String> = Vec::new();
     while reader.has_next()? {
         meter.mark();
@@ -100,6 +90,16 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
             return fault(&key, "duplicate field");
         }
         match key.as_str() {
+            "$schema" => drop(part::<String>(reader, "$schema")?),
+            "argil" => {
+                let version: Value = part(reader, "argil")?;
+                if version.as_u64() != Some(u64::from(FORMAT_VERSION)) {
+                    let reason = format!(
+                        "{version} is not a version of the format: write \"argil\": {FORMAT_VERSION}"
+                    );
+                    return fault("argil", &reason);
+                }
+            }
             "name" => scene.name = part(reader, "name")?,
             "credit" => scene.credit = part(reader, "credit")?,
             "view" => {
@@ -109,29 +109,67 @@ fn document(reader: &mut Tokens<'_>, meter: &Meter) -> Result<Scene, Stop> {
                     .check()
                     .map_err(|f| Stop::Fault(f.within("view")))?;
             }
-            "materials" if brushes_read => {
-                return fault("materials", "materials must come before the brushes");
-            }
             "materials" => materials(reader, meter, &mut scene)?,
-            "brushes" => {
-                brushes(reader, meter, &mut scene)?;
-                brushes_read = true;
-            }
-            other => {
-                return fault(
-                    other,
-                    "unknown field, expected one of `name`, `credit`, `view`, `materials`, `brushes`",
-                );
-            }
+            "brushes" => brushes(reader, meter, &mut scene)?,
+            other => return fault(other, &unknown_field(other, &KEYS)),
         }
         seen.push(key);
     }
-    if !brushes_read {
-        return fault("", "the field \"brushes\" is missing");
+    for needed in ["argil", "brushes"] {
+        if !seen.iter().any(|key| key == needed) {
+            return fault("", &format!("the field \"{needed}\" is missing"));
+        }
     }
     reader.end_object()?;
     Ok(scene)
 }
+
+/// Reads a valid document, but for the materials of its brushes.
+pub(super) fn unchecked(text: &[u8]) -> Option<Scene> {
+    let meter = Meter::default();
+    document(&mut tokens(Box::new(text), Some(&meter)), &meter).ok()
+}
+
+/// Checks the materials of brushes, which can come after them.
+fn with_known_materials(scene: Scene) -> Result<Scene, Stop> {
+    let known = |node: NodeId| match &scene.node(node).desc().material {
+        Some(name) => scene.materials.contains_key(name),
+        None => true,
+    };
+    if let Some(node) = scene.iter().find(|&node| !known(node)) {
+        let name = scene.node(node).desc().material.clone().unwrap_or_default();
+        let unknown = fault_of(EditError::NoSuchMaterial(name));
+        return Err(Stop::Fault(unknown.within(&scene.path(node))));
+    }
+    Ok(scene)
+}
+
+/// Returns the version of the format that a document has, `Some(None)` if that cannot be read, and `None` if it is another object.
+fn version(source: ByteSource<'_>) -> Option<Option<u64>> {
+    let mut reader = tokens(source, None);
+    let mut found = || {
+        reader.begin_object()?;
+        while reader.has_next()? {
+            if reader.next_name()? == "argil" {
+                let version: Result<Value, Stop> = part(&mut reader, "argil");
+                return Ok(Some(version.ok().and_then(|version| version.as_u64())));
+            }
+            reader.skip_value()?;
+        }
+        Ok::<_, ReaderError>(None)
+    };
+    found().unwrap_or(Some(None))
+}
+
+const KEYS: [&str; 7] = [
+    "$schema",
+    "argil",
+    "name",
+    "credit",
+    "view",
+    "materials",
+    "brushes",
+];
 
 fn materials(reader: &mut Tokens<'_>, meter: &Meter, scene: &mut Scene) -> Result<(), Stop> {
     reader.begin_object()?;
@@ -238,10 +276,7 @@ fn field(
     let fault =
         |open: &[Open], reason: String| Err(Stop::Fault(ValidationError::new(at(open), reason)));
     let Some(number) = FIELDS.iter().position(|f| *f == key) else {
-        return fault(
-            open,
-            format!("unknown field, expected one of `{}`", FIELDS.join("`, `")),
-        );
+        return fault(open, unknown_field(key, &FIELDS));
     };
     let Some(item) = open.last_mut() else {
         return Ok(false);
@@ -281,7 +316,7 @@ fn field(
 
 /// Inserts a complete item into the scene.
 fn finish(scene: &mut Scene, item: &mut Open) -> Result<(), ValidationError> {
-    scene.check_entry(&item.entry).map_err(fault_of)?;
+    item.entry.check()?;
     match (item.group, item.has_shape) {
         (Some(_), true) => Err(ValidationError::new(
             "",

@@ -10,7 +10,10 @@ use std::collections::BTreeMap;
 #[derive(Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SceneDocument {
-    /// Version of the format. It must come first.
+    /// Where editors find this schema. Programs ignore it.
+    #[serde(default, rename = "$schema", skip_serializing_if = "String::is_empty")]
+    pub schema: String,
+    /// Version of the format.
     #[schemars(range(min = 1, max = 1))]
     pub argil: u32,
     /// A human-readable name.
@@ -22,7 +25,7 @@ struct SceneDocument {
     /// Camera, ground, sun and bounds.
     #[serde(default)]
     pub view: View,
-    /// Materials by name. They must come before the brushes that use them.
+    /// Materials by name.
     #[serde(default)]
     pub materials: BTreeMap<String, Material>,
     /// Brushes and groups in order.

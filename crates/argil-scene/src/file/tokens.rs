@@ -13,7 +13,6 @@ pub(super) enum Stop {
     Fault(ValidationError),
     /// Unexpected JSON. The reader knows the place.
     Reader(ReaderError),
-    Newer(u64),
 }
 
 impl From<ReaderError> for Stop {

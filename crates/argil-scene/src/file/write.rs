@@ -35,7 +35,7 @@ pub(super) fn write(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// The lists, innermost last, each with what remains of it.
-fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write_items(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
     let mut open: Vec<(&[NodeId], bool)> = vec![(scene.node(Scene::ROOT).children(), true)];
     while let Some((rest, first)) = open.last_mut() {
         let Some((&id, tail)) = rest.split_first() else {
