@@ -4,6 +4,7 @@ use crate::args::{MeshArgs, MeshUnit};
 use crate::{input, output};
 use anyhow::{Context, ensure};
 use argil::mesh::{MeshFormat, MeshReport, MeshWriteOptions, UpAxis};
+use argil::scene::TempFolder;
 use argil::{MeshOptions, MeshOutput, Representation, World, save_mesh};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -73,11 +74,19 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
                 "{}: no surface at this iso level lies in its box; nothing was written",
                 options.scene.display()
             );
-            save_mesh(&meshed.mesh, format, &how, path)?;
-            save_coarser(&world, &settings, &meshed.report, lods, |mesh, beside| {
-                Ok(save_mesh(mesh, format, &how, beside)?)
-            })
-            .with_context(place)?
+            let files = MeshFiles::beside(path)?;
+            let save = |mesh: &argil::mesh::Mesh, path: &Path| {
+                Ok(save_mesh(mesh, format, &how, files.place_of(path))?)
+            };
+            save(&meshed.mesh, path)?;
+            let coarser =
+                save_coarser(&world, &settings, &meshed.report, &lods, save).with_context(place)?;
+            files.finish(path, coarser.iter().map(|(path, _)| path.as_path()))?;
+            for old in lods[coarser.len()..].iter().filter(|old| old.exists()) {
+                let old = old.display();
+                eprintln!("note: {old} is of an earlier mesh: this one has no such level");
+            }
+            coarser
         }
         None => Vec::new(),
     };
@@ -108,12 +117,40 @@ fn check_representation(options: &MeshArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Files of one mesh, which appear together: they are made in a folder beside their places, and renamed when all are there.
+struct MeshFiles(TempFolder);
+
+impl MeshFiles {
+    fn beside(path: &Path) -> anyhow::Result<Self> {
+        let made = TempFolder::beside(path);
+        made.map(Self).with_context(|| path.display().to_string())
+    }
+
+    /// Returns where a file is made.
+    fn place_of(&self, path: &Path) -> PathBuf {
+        self.0.path().join(path.file_name().unwrap_or_default())
+    }
+
+    /// Gives the files their names.
+    fn finish<'a>(
+        self,
+        path: &'a Path,
+        coarser: impl Iterator<Item = &'a Path>,
+    ) -> anyhow::Result<()> {
+        for path in std::iter::once(path).chain(coarser) {
+            std::fs::rename(self.place_of(path), path)
+                .with_context(|| path.display().to_string())?;
+        }
+        Ok(())
+    }
+}
+
 /// Makes and saves coarser meshes at the given paths, each with a quarter of the triangles of the one before.
 fn save_coarser(
     world: &World,
     settings: &MeshOptions,
     report: &MeshReport,
-    places: Vec<PathBuf>,
+    places: &[PathBuf],
     save: impl Fn(&argil::mesh::Mesh, &Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<Vec<(PathBuf, MeshOutput)>> {
     let mut coarser = Vec::new();
@@ -134,8 +171,8 @@ fn save_coarser(
             break;
         }
         before = fewer.report.triangles;
-        save(&fewer.mesh, &beside)?;
-        coarser.push((beside, fewer));
+        save(&fewer.mesh, beside)?;
+        coarser.push((beside.clone(), fewer));
     }
     Ok(coarser)
 }

@@ -201,13 +201,11 @@ pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     std::io::Write::write_all(&mut std::fs::File::create_new(path)?, bytes)
 }
 
-/// A temporary file that is older than this belongs to a program that was killed.
-#[cfg(not(target_arch = "wasm32"))]
-const ABANDONED_AFTER: std::time::Duration = std::time::Duration::from_secs(24 * 3600);
+/// A temporary file is this old before another program looks whether its own is alive: it is locked by then.
+const ABANDONED_AFTER: std::time::Duration = std::time::Duration::from_secs(60);
 
-/// Removes temporary files that killed programs left in a folder.
-#[cfg(not(target_arch = "wasm32"))]
-fn remove_abandoned(folder: &Path) {
+/// Removes temporary files and folders that killed programs left in a folder. Those of programs that are alive are locked.
+pub fn remove_abandoned_files(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
     };
@@ -215,13 +213,18 @@ fn remove_abandoned(folder: &Path) {
         let name = entry.file_name();
         let is_own = name
             .to_str()
-            .and_then(|name| name.strip_prefix(".argil-"))
+            .and_then(|name| name.strip_prefix(TEMP_PREFIX))
             .is_some_and(|rest| rest.len() == 6 && rest.chars().all(char::is_alphanumeric));
-        let age = entry.metadata().ok().filter(std::fs::Metadata::is_file);
-        let age = age.and_then(|about| about.modified().ok()?.elapsed().ok());
-        if is_own && age.is_some_and(|age| age > ABANDONED_AFTER) {
-            // It stays if it cannot be removed.
-            let _ = std::fs::remove_file(entry.path());
+        let about = entry.metadata().ok().filter(|_| is_own);
+        let age = about.and_then(|about| about.modified().ok()?.elapsed().ok());
+        if age.is_none_or(|age| age < ABANDONED_AFTER) {
+            continue;
+        }
+        let path = entry.path();
+        // What cannot be locked or removed stays.
+        let is_left = std::fs::File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
+        if is_left {
+            let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
         }
     }
 }
@@ -246,26 +249,27 @@ fn replace(
 /// Creates a temporary file in the folder of another one.
 #[cfg(not(target_arch = "wasm32"))]
 fn begin_beside(path: &Path) -> std::io::Result<(tempfile::NamedTempFile, TempFile)> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    remove_abandoned(folder);
+    let folder = folder_of(path);
+    remove_abandoned_files(folder);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".argil-");
+    builder.prefix(TEMP_PREFIX);
     // Readable by others as far as the user's mask allows, like any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let begun = TempFile::begin(|| builder.tempfile_in(folder));
     // The temporary name would not help a user.
-    begun.map_err(|error| {
-        let reason = format!(
-            "no file can be created in {}: {}: choose another folder",
-            folder.display(),
-            reason_of(error.kind())
-        );
-        std::io::Error::new(error.kind(), reason)
-    })
+    begun.map_err(|error| not_created(&error, folder))
+}
+
+/// Returns the reason why nothing can be created in a folder.
+#[cfg(not(target_arch = "wasm32"))]
+fn not_created(error: &std::io::Error, folder: &Path) -> std::io::Error {
+    let reason = format!(
+        "no file can be created in {}: {}: choose another folder",
+        folder.display(),
+        reason_of(error.kind())
+    );
+    std::io::Error::new(error.kind(), reason)
 }
 
 /// Describes a system error, without a path.
@@ -277,6 +281,9 @@ fn reason_of(kind: std::io::ErrorKind) -> String {
         other => other.to_string(),
     }
 }
+
+/// Names of temporary files and folders begin so, and end in six letters or digits.
+const TEMP_PREFIX: &str = ".argil-";
 
 /// Temporary files that are being written.
 static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -299,34 +306,86 @@ pub fn remove_temp_files() {
     std::mem::forget(all);
 }
 
-/// A new folder that is removed with all that it holds, unless it was renamed: see [`remove_temp_files`].
+/// A new folder that is removed with all that it holds, unless it gets a name: see [`remove_temp_files`].
 #[derive(Debug)]
-pub struct TempFolder(PathBuf);
+pub struct TempFolder {
+    path: PathBuf,
+    /// While it is locked, other programs leave the folder alone.
+    _lock: Option<std::fs::File>,
+}
 
 impl TempFolder {
-    /// Creates a folder.
+    /// Creates a folder beside a path, in which files are made that are to be there. Removes what killed programs left there.
     ///
     /// # Errors
-    /// If it cannot be created.
-    pub fn create(path: PathBuf) -> std::io::Result<Self> {
+    /// If it cannot be created. A browser has no folders.
+    pub fn beside(path: &Path) -> std::io::Result<Self> {
+        let folder = folder_of(path);
+        remove_abandoned_files(folder);
         let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
-        std::fs::create_dir(&path)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        let made = tempfile::Builder::new()
+            .prefix(TEMP_PREFIX)
+            .tempdir_in(folder);
+        #[cfg(not(target_arch = "wasm32"))]
+        let path = made.map_err(|error| not_created(&error, folder))?.keep();
+        #[cfg(target_arch = "wasm32")]
+        let path = folder.join(TEMP_PREFIX);
+        // Systems that lock no folders never remove abandoned ones.
+        let lock = std::fs::File::open(&path)
+            .ok()
+            .filter(|file| file.try_lock().is_ok());
         all.push(path.clone());
-        Ok(Self(path))
+        Ok(Self { path, _lock: lock })
     }
 
     /// Returns the path.
     pub fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
+
+    /// Gives the folder a name, in place of an older folder.
+    ///
+    /// # Errors
+    /// If that cannot be replaced. The older folder stays then.
+    pub fn persist(self, path: &Path) -> std::io::Result<()> {
+        #[cfg(unix)]
+        {
+            // Readable by others as far as the user's mask allowed it for the older one, or for files in general.
+            let mode = std::fs::metadata(path).map_or(0o755, |about| {
+                std::os::unix::fs::PermissionsExt::mode(&about.permissions())
+            });
+            let permissions = std::os::unix::fs::PermissionsExt::from_mode(mode);
+            std::fs::set_permissions(&self.path, permissions)?;
+        }
+        if !path.exists() {
+            return std::fs::rename(&self.path, path);
+        }
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}.old", std::process::id()));
+        let old = path.with_file_name(name);
+        std::fs::rename(path, &old)?;
+        if let Err(error) = std::fs::rename(&self.path, path) {
+            std::fs::rename(&old, path)?;
+            return Err(error);
+        }
+        std::fs::remove_dir_all(old)
+    }
+}
+
+/// Returns the folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 impl Drop for TempFolder {
     fn drop(&mut self) {
         let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
-        all.retain(|path| *path != self.0);
+        all.retain(|path| *path != self.path);
         drop(all);
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
 
@@ -341,6 +400,8 @@ impl TempFile {
     ) -> std::io::Result<(tempfile::NamedTempFile, Self)> {
         let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
         let file = make()?;
+        // Systems that lock no files keep abandoned ones.
+        let _ = file.as_file().try_lock();
         all.push(file.path().into());
         let own = Self(file.path().into());
         Ok((file, own))

@@ -64,7 +64,10 @@ pub use edit::{Edit, EditError, EditOutcome};
 pub use extent::Extent;
 #[cfg(feature = "schema")]
 pub use file::schema;
-pub use file::{FORMAT_VERSION, FileError, TempFolder, remove_temp_files, write_atomically};
+pub use file::{
+    FORMAT_VERSION, FileError, TempFolder, remove_abandoned_files, remove_temp_files,
+    write_atomically,
+};
 pub use history::HistoryLimit;
 pub use image_file::{IMAGE_ENDINGS, LoadedImage, SceneImage};
 pub use import::ImportError;

@@ -357,3 +357,49 @@ fn keys_of_earlier_versions_are_read() {
     let [now, earlier] = [now, &earlier].map(|json| parse(json).expect("a scene"));
     assert_eq!(now.to_json(), earlier.to_json());
 }
+
+/// What killed programs left is removed by the next one that writes there. What living ones make stays, and so does all else.
+#[test]
+fn abandoned_files_are_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+    let age = |file: &std::fs::File| file.set_modified(long_ago).unwrap();
+    for name in [
+        ".argil-dead01",
+        ".argil-live01",
+        ".argil-notes",
+        ".argil-a.b.c1",
+        "mine",
+    ] {
+        std::fs::write(at(name), "x").unwrap();
+        age(&std::fs::File::options()
+            .append(true)
+            .open(at(name))
+            .unwrap());
+    }
+    std::fs::write(at(".argil-young1"), "x").unwrap();
+    std::fs::create_dir(at(".argil-dead02")).unwrap();
+    std::fs::write(at(".argil-dead02/part"), "x").unwrap();
+    age(&std::fs::File::open(at(".argil-dead02")).unwrap());
+    let lock = std::fs::File::open(at(".argil-live01")).unwrap();
+    lock.lock().unwrap();
+    let living = argil_scene::TempFolder::beside(&at("export")).unwrap();
+    age(&std::fs::File::open(living.path()).unwrap());
+    Scene::new().save(at("scene.json")).unwrap();
+    for name in [".argil-dead01", ".argil-dead02"] {
+        assert!(!at(name).exists(), "{name}");
+    }
+    for name in [
+        ".argil-live01",
+        ".argil-young1",
+        ".argil-notes",
+        ".argil-a.b.c1",
+        "mine",
+    ] {
+        assert!(at(name).exists(), "{name}");
+    }
+    assert!(living.path().exists());
+    living.persist(&at("export")).unwrap();
+    assert!(at("export").is_dir());
+}

@@ -9,7 +9,7 @@ mod zarr;
 use crate::WorldError;
 use argil::scene::TempFolder;
 use argil::volume::TileAddress;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What was written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,13 +47,7 @@ fn begin(path: &Path, mark: &str) -> Result<TempFolder, WorldError> {
         let text = format!("it exists, and there is no {mark} of Argil in it: choose another name");
         return Err(failed(path, std::io::Error::other(text)));
     }
-    TempFolder::create(beside(path, "part")).map_err(|error| failed(path, error))
-}
-
-fn beside(path: &Path, ending: &str) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.{ending}", std::process::id()));
-    path.with_file_name(name)
+    TempFolder::beside(path).map_err(|error| failed(path, error))
 }
 
 /// Refuses an export without the coarsest tile, below which nothing is found.
@@ -74,20 +68,3 @@ fn check_any(
 
 /// What tells which program made an export.
 const GENERATOR: &str = concat!("argil ", env!("CARGO_PKG_VERSION"));
-
-/// Gives a folder its name, in place of an older one.
-fn end(path: &Path, made: TempFolder) -> Result<(), WorldError> {
-    let replace = || {
-        if !path.exists() {
-            return std::fs::rename(made.path(), path);
-        }
-        let old = beside(path, "old");
-        std::fs::rename(path, &old)?;
-        if let Err(error) = std::fs::rename(made.path(), path) {
-            std::fs::rename(&old, path)?;
-            return Err(error);
-        }
-        std::fs::remove_dir_all(old)
-    };
-    replace().map_err(|error| failed(path, error))
-}

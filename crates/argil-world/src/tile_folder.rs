@@ -1,6 +1,7 @@
 //! Tiles on the disk.
 
 use crate::tile_cache::tile_name;
+use argil::scene::remove_abandoned_files;
 use argil::volume::TileAddress;
 use std::io::{Error, Result, Write};
 use std::path::{Path, PathBuf};
@@ -86,7 +87,9 @@ impl TileFolder {
             return Ok(());
         };
         std::fs::create_dir_all(parent)?;
-        let mut file = tempfile::NamedTempFile::new_in(parent)?;
+        let mut file = tempfile::Builder::new()
+            .prefix(".argil-")
+            .tempfile_in(parent)?;
         file.write_all(before)?;
         file.write_all(bytes)?;
         file.persist(&path).map_err(|error| error.error)?;
@@ -103,6 +106,7 @@ impl TileFolder {
         let mut files = Vec::new();
         for world in folders_in(&self.root) {
             for tier in folders_in(&world.join("tiles")) {
+                remove_abandoned_files(&tier);
                 files.extend(tiles_in(&tier));
             }
         }

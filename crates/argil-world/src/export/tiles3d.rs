@@ -5,7 +5,7 @@
 
 use super::cells::{CELL, CellReader, Samples};
 use super::subtree::{Availability, Place, SUBTREE_LEVELS};
-use super::{GENERATOR, WorldExportReport, begin, end, failed};
+use super::{GENERATOR, WorldExportReport, begin, failed};
 use crate::{ReadMode, StoredWorld, WorldError};
 use argil::abi::GpuMaterial;
 use argil::field::Grid;
@@ -149,7 +149,7 @@ impl StoredWorld {
         report.bytes = bytes_of(folder.path());
         report.missing = missing.len() as u64;
         super::check_any(&report, self.plan().tile_count(), missing.iter().next())?;
-        end(path, folder)?;
+        folder.persist(path).map_err(|error| failed(path, error))?;
         Ok(report)
     }
 }

@@ -3,7 +3,7 @@
 
 use super::cells::{CELL, CellReader, Samples};
 use super::tiles3d::bytes_of;
-use super::{GENERATOR, WorldExportReport, begin, end, failed};
+use super::{GENERATOR, WorldExportReport, begin, failed};
 use crate::{ReadMode, StoredWorld, WorldError};
 use argil::Engine;
 use argil::glam::{IVec3, Vec3};
@@ -158,7 +158,7 @@ impl StoredWorld {
             edits_left_out: self.deltas().len() as u64,
         };
         super::check_any(&report, self.plan().tile_count(), missing.iter().next())?;
-        end(path, folder)?;
+        folder.persist(path).map_err(|error| failed(path, error))?;
         Ok(report)
     }
 }

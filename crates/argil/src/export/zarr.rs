@@ -9,7 +9,7 @@ use argil_field::Grid;
 use argil_scene::TempFolder;
 use argil_volume::LevelSetLayout;
 use glam::{IVec3, UVec3, Vec3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use zarrs::array::{ArrayBuilder, data_type};
 use zarrs::filesystem::FilesystemStore;
@@ -61,17 +61,13 @@ impl World {
         let mut stages = ExportStages::new();
         let layout = self.export_layout(options, false)?;
         let levels = levels(&layout)?;
-        let made = TempFolder::create(beside(path)).map_err(|error| {
-            let text = format!("no folder can be created there: {error}: choose another place");
-            failed(std::io::Error::new(error.kind(), text))
-        })?;
+        let made = TempFolder::beside(path).map_err(failed)?;
         self.write_levels(made.path(), &layout, options, &levels, &mut stages)
             .map_err(|error| match error {
                 ExportError::Write { source, .. } => failed(source),
                 error => error,
             })?;
-        replace(path, made.path()).map_err(failed)?;
-        drop(made);
+        made.persist(path).map_err(failed)?;
         self.engine().control.end();
         let finest = &levels[0];
         let high = finest.low + finest.size.as_ivec3() - 1;
@@ -224,27 +220,4 @@ fn multiscales(levels: &[Level]) -> serde_json::Value {
             "datasets": datasets,
         }],
     })
-}
-
-/// Returns the folder in which the new one is made.
-fn beside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
-}
-
-/// Moves a folder to a place, where an older one may be.
-fn replace(path: &Path, made: &Path) -> std::io::Result<()> {
-    if !path.exists() {
-        return std::fs::rename(made, path);
-    }
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.old", std::process::id()));
-    let old = path.with_file_name(name);
-    std::fs::rename(path, &old)?;
-    if let Err(error) = std::fs::rename(made, path) {
-        std::fs::rename(&old, path)?;
-        return Err(error);
-    }
-    std::fs::remove_dir_all(old)
 }
