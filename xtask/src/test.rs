@@ -34,6 +34,16 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     let rules = ["licenses", "bans", "sources"];
     let check = ["check", "--hide-inclusion-graph"];
     run(&DENY.find()?, &[&check[..], &rules].concat())?;
+    // Workspaces of their own, with locks of their own.
+    for own in ["bindings/python", "fuzz"] {
+        let manifest = format!("{own}/Cargo.toml");
+        let place = ["--manifest-path", &manifest];
+        let config = ["--config", "deny.toml"];
+        run(
+            &DENY.find()?,
+            &[&place[..], &check, &config, &rules].concat(),
+        )?;
+    }
     packages::check(PRIVATE)?;
     let installed = install_in_background();
     let compiled = |arguments: &[&str]| run_with(LINT_WHILE_COMPILING, "cargo", arguments);

@@ -37,7 +37,14 @@ use still_args::Integrator;
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let arguments = CommandLine::parse();
-    quiet_loaders();
+    // Other programs get the environment as it is.
+    let is_own = !matches!(
+        arguments.command,
+        CliCommand::Study(_) | CliCommand::Studio(_)
+    );
+    if is_own {
+        quiet_loaders();
+    }
     // When interrupted while writing, remove the temporary file. The previous file stays intact in any case. A still that is
     // interrupted is written as far as it is.
     let _ = ctrlc::set_handler(|| {

@@ -1,6 +1,5 @@
 //! Questions to a solid.
 
-use crate::arrays::Numbers;
 use crate::axes::python_from_scene;
 use crate::solid::Solid;
 use argil::math::Control;
@@ -11,30 +10,25 @@ const CHUNK: usize = 1 << 14;
 
 /// Calls a function for chunks of points in parallel. `width` numbers of `out` belong to each point.
 fn each_chunk(
-    points: Numbers<'_>,
+    points: &[[f32; 3]],
     width: usize,
     out: &mut [f32],
     control: &Control,
     ask: impl Fn(&[[f32; 3]], &mut [f32]) + Sync,
 ) {
     control.begin("points", points.len() as u64);
-    let chunks = out.par_chunks_mut(width * CHUNK).enumerate();
-    chunks.for_each_init(
-        || vec![[0.0f32; 3]; CHUNK],
-        |buffer, (nth, out)| {
-            if control.is_cancelled() {
-                return;
-            }
-            let own = &mut buffer[..out.len() / width];
-            points.scene_points(nth * CHUNK, own);
-            ask(own, out);
-            control.advance(own.len() as u64);
-        },
-    );
+    let chunks = out.par_chunks_mut(width * CHUNK);
+    chunks.zip(points.par_chunks(CHUNK)).for_each(|(out, own)| {
+        if control.is_cancelled() {
+            return;
+        }
+        ask(own, out);
+        control.advance(own.len() as u64);
+    });
 }
 
 /// Returns the signed distance of each point.
-pub fn distances(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f32> {
+pub fn distances(solid: &Solid, points: &[[f32; 3]], control: &Control) -> Vec<f32> {
     let mut all = vec![0.0; points.len()];
     let query = solid.world.query();
     each_chunk(points, 1, &mut all, control, |points, out| {
@@ -49,7 +43,7 @@ pub fn distances(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f
 }
 
 /// Returns the gradient at each point.
-pub fn gradients(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f32> {
+pub fn gradients(solid: &Solid, points: &[[f32; 3]], control: &Control) -> Vec<f32> {
     let mut all = vec![0.0; 3 * points.len()];
     let query = solid.world.query();
     each_chunk(points, 3, &mut all, control, |points, out| {
@@ -67,16 +61,15 @@ pub fn gradients(solid: &Solid, points: Numbers<'_>, control: &Control) -> Vec<f
 /// Returns the closest point of the surface, and its distance, for each point. Both are NaN where there is none.
 pub fn closest_points(
     solid: &Solid,
-    points: Numbers<'_>,
+    points: &[[f32; 3]],
     max_distance: f32,
     control: &Control,
 ) -> Vec<f32> {
     let mut all = vec![f32::NAN; 4 * points.len()];
     let query = solid.world.query();
     // These take long, so that tasks are small.
-    let source = points.to_scene();
-    control.begin("points", source.len() as u64);
-    let tasks = all.par_chunks_mut(4).zip(&source);
+    control.begin("points", points.len() as u64);
+    let tasks = all.par_chunks_mut(4).zip(points);
     tasks.for_each(|(out, &point)| {
         if control.is_cancelled() {
             return;
@@ -93,18 +86,17 @@ pub fn closest_points(
 /// Returns distance, point and normal of what each ray meets: infinity and NaN where that is nothing.
 pub fn cast_rays(
     solid: &Solid,
-    origins: Numbers<'_>,
-    directions: Numbers<'_>,
+    origins: &[[f32; 3]],
+    directions: &[[f32; 3]],
     max_distance: f32,
     control: &Control,
 ) -> Vec<f32> {
     let mut all = vec![f32::NAN; 7 * origins.len()];
     let query = solid.world.query();
-    let (origins, directions) = (origins.to_scene(), directions.to_scene());
     control.begin("rays", origins.len() as u64);
     let tasks = all
         .par_chunks_mut(7)
-        .zip(origins.par_iter().zip(&directions));
+        .zip(origins.par_iter().zip(directions));
     tasks.for_each(|(out, (&origin, &direction))| {
         if control.is_cancelled() {
             return;

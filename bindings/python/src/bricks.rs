@@ -89,12 +89,11 @@ impl Bricks {
         array: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
         let points = crate::arrays::points(array)?;
-        let numbers = points.numbers()?;
         let found = work::run(py, None, |_| {
             let world = locked(&self.world);
-            let mut out = vec![0.0; numbers.len()];
+            let mut out = vec![0.0; points.len()];
             if let Some(query) = world.query_volume() {
-                query.distances(&numbers.to_scene(), &mut out);
+                query.distances(&points, &mut out);
             }
             out
         })?;

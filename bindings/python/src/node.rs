@@ -231,13 +231,12 @@ impl Node {
     ) -> PyResult<Bound<'py, PyArray1<f32>>> {
         let solid = self.solid(py)?;
         let points = points(array)?;
-        let numbers = points.numbers()?;
         // A thread of its own costs as much as a few thousand points.
-        let found = if numbers.len() < 50_000 && progress.is_none() {
-            work::run_short(py, || ask::distances(&solid, numbers, &Control::default()))?
+        let found = if points.len() < 50_000 && progress.is_none() {
+            work::run_short(py, || ask::distances(&solid, &points, &Control::default()))?
         } else {
             work::run(py, progress.as_ref(), |control| {
-                ask::distances(&solid, numbers, control)
+                ask::distances(&solid, &points, control)
             })?
         };
         Ok(PyArray1::from_vec(py, found))
@@ -252,11 +251,10 @@ impl Node {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let solid = self.solid(py)?;
         let points = points(array)?;
-        let numbers = points.numbers()?;
         let found = work::run(py, progress.as_ref(), |control| {
-            ask::gradients(&solid, numbers, control)
+            ask::gradients(&solid, &points, control)
         })?;
-        PyArray1::from_vec(py, found).reshape([numbers.len(), 3])
+        PyArray1::from_vec(py, found).reshape([points.len(), 3])
     }
 
     #[pyo3(signature = (array, max_distance, progress=None))]
@@ -269,11 +267,10 @@ impl Node {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let solid = self.solid(py)?;
         let points = points(array)?;
-        let numbers = points.numbers()?;
         let found = work::run(py, progress.as_ref(), |control| {
-            ask::closest_points(&solid, numbers, max_distance, control)
+            ask::closest_points(&solid, &points, max_distance, control)
         })?;
-        PyArray1::from_vec(py, found).reshape([numbers.len(), 4])
+        PyArray1::from_vec(py, found).reshape([points.len(), 4])
     }
 
     #[pyo3(signature = (origins, directions, max_distance, progress=None))]
@@ -287,7 +284,7 @@ impl Node {
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let solid = self.solid(py)?;
         let (origins, directions) = (points(origins)?, points(directions)?);
-        let (from, along) = (origins.numbers()?, directions.numbers()?);
+        let (from, along) = (&origins, &directions);
         if from.len() != along.len() {
             return Err(PyValueError::new_err(format!(
                 "{} origins and {} directions: expected as many",

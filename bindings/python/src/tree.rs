@@ -285,7 +285,10 @@ fn take_children(mut tree: NodeTree) -> Vec<NodeTree> {
 pub fn of_scene(scene: &Scene) -> Tree {
     let root = scene.node(Scene::ROOT).children();
     Tree::Nodes {
-        nodes: root.iter().map(|&id| scene.subtree_at_current_time(id)).collect(),
+        nodes: root
+            .iter()
+            .map(|&id| scene.subtree_at_current_time(id))
+            .collect(),
         materials: scene
             .materials()
             .iter()

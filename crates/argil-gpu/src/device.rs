@@ -2,6 +2,9 @@ use crate::counters::Counters;
 use crate::pipeline_cache::PipelineCache;
 use crate::{DeviceInfo, DeviceKind, GpuError};
 
+/// After this time, a device that has not finished its work is lost. No single dispatch takes nearly as long, on software devices either.
+const POLL_TIMEOUT: std::time::Duration = std::time::Duration::from_secs(600);
+
 impl DeviceInfo {
     fn of(info: &wgpu::AdapterInfo) -> Self {
         let kind = match info.device_type {
@@ -276,12 +279,18 @@ impl Gpu {
         self.counters.waits.add(1);
         let poll = wgpu::PollType::Wait {
             submission_index: None,
-            timeout: None,
+            timeout: Some(POLL_TIMEOUT),
         };
         self.device
             .poll(poll)
             .map(|_| ())
-            .map_err(|e| GpuError::Lost(e.to_string()))
+            .map_err(|error| match error {
+                wgpu::PollError::Timeout => GpuError::Lost(format!(
+                    "it did not finish its work within {} minutes",
+                    POLL_TIMEOUT.as_secs() / 60
+                )),
+                other => GpuError::Lost(other.to_string()),
+            })
     }
 
     /// Takes the errors since the last call.
