@@ -172,6 +172,39 @@ impl Node {
         ))))
     }
 
+    /// Reads a volume of another program, from a file or from its bytes.
+    #[staticmethod]
+    #[pyo3(signature = (path, content, grid, fog, iso, voxel_size, origin, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn from_volume(
+        py: Python<'_>,
+        path: PathBuf,
+        content: Option<Vec<u8>>,
+        grid: Option<String>,
+        fog: Option<bool>,
+        iso: Option<f32>,
+        voxel_size: Option<f32>,
+        origin: Option<[f32; 3]>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let options = argil::VolumeReadOptions {
+            grid,
+            is_fog: fog,
+            iso,
+            raw: argil::RawLayout {
+                voxel_size,
+                origin,
+                ..Default::default()
+            },
+        };
+        let read = work::run(py, progress.as_ref(), |_| match &content {
+            Some(bytes) => argil::read_volume_bytes(bytes, &path, &options),
+            None => argil::read_volume(&path, &options),
+        })?;
+        let read = read.map_err(|error| argil::MeshFileError::from(error).to_python())?;
+        Ok(Self::new(Tree::Shape(crate::function::named(read.grid))))
+    }
+
     /// Reads ground from an image. The half size is along Python's x and y.
     #[staticmethod]
     fn heightmap(
@@ -397,7 +430,7 @@ impl Node {
             "__getitem__",
             (pyo3::types::PySlice::new(py, isize::MAX, isize::MIN, -1),),
         )?;
-        flipped.call_method1("transpose", (2, 0, 1))
+        flipped.call_method1("transpose", (1, 0, 2))
     }
 
     /// Renders a picture.

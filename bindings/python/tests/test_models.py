@@ -352,3 +352,12 @@ def test_shapes_that_he_does_not_have() -> None:
     arc = argil.capped_torus(0.6, 0.1, 0.5)
     assert arc.distance([(0, 0.6, 0)])[0] < 0 < arc.distance([(0, -0.6, 0)])[0]
     assert argil.cut_sphere(0.8, 0.2).bounds[0][2] == pytest.approx(0.2, abs=4e-3)
+
+
+def test_groups_of_any_depth_are_kept(tmp_path: Path) -> None:
+    path = tmp_path / "deep.json"
+    ball = '{"shape": {"type": "sphere", "radius": 1}}'
+    depth = 5000
+    path.write_text('{"argil": 1, "brushes": [' + '{"brushes": [' * depth + ball + "]}" * depth + "]}")
+    scene = argil.Scene.load(path)
+    assert scene.solid().distance([(0, 0, 3)])[0] == pytest.approx(2, abs=1e-4)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import argil
 import cases
 import numpy as np
 import pytest
-from argil import box, capsule, cylinder, sphere, torus
+from argil import SDF3, Z, box, capped_cylinder, capsule, cylinder, sphere, torus
 
 ALL = cases.SHAPES | cases.SURFACES | cases.OPERATORS | cases.DEFORMATIONS
 
@@ -138,10 +139,45 @@ def test_voxels_are_distances_in_order() -> None:
     solid = box((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
     low, high = (-1.0, -2.0, -2.5), (1.0, 2.0, 2.5)
     grid = solid.voxels(50, bounds=(low, high))
-    assert grid.shape == (20, 40, 50) and grid.dtype == np.float32
-    centers = [np.arange(n) * 0.1 + 0.05 + first for n, first in zip(grid.shape, low, strict=True)]
-    expected = solid.distance(np.stack(np.meshgrid(*centers, indexing="ij"), -1).reshape(-1, 3))
+    assert grid.shape == (50, 40, 20) and grid.dtype == np.float32
+    z, y, x = [np.arange(n) * 0.1 + 0.05 + first for n, first in zip(grid.shape, reversed(low), strict=True)]
+    at_z, at_y, at_x = np.meshgrid(z, y, x, indexing="ij")
+    expected = solid.distance(np.stack((at_x, at_y, at_z), -1).reshape(-1, 3))
     assert np.abs(grid.reshape(-1) - expected).max() < 1e-5
+    spacing, origin = solid.voxel_grid(50, bounds=(low, high))
+    assert spacing == pytest.approx(0.1) and origin == pytest.approx((x[0], y[0], z[0]))
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_arrays_come_back_in_place(order: str, tmp_path: Path) -> None:
+    solid = box((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)) | sphere(0.4, (1, 0, 0))
+    spacing, origin = solid.voxel_grid(80)
+    array = solid.voxels(80)
+    path = tmp_path / "solid.npy"
+    np.save(path, np.asarray(array, order=order))
+    at = points(500) * (0.6, 1.2, 1.7)
+    at = at[np.abs(solid.distance(at)) < 1.5 * spacing]
+    assert len(at) > 10
+    for copy in (
+        argil.load(path, voxel_size=spacing, origin=origin),
+        SDF3.from_array(array, spacing, origin),
+        SDF3.from_array(-array, spacing, origin, 0.0, fog=True),
+        SDF3.from_array(array + 0.25, spacing, origin, 0.25),
+    ):
+        assert np.abs(copy.distance(at) - solid.distance(at)).max() < 0.5 * spacing
+        assert np.asarray(copy.bounds) == pytest.approx(np.asarray(solid.bounds), abs=4 * spacing)
+    # Without a size and a place, the longest side is 2.
+    low, high = argil.load(path).bounds
+    assert high[2] - low[2] > 1.8 and abs(high[2] + low[2]) < 0.1
+    assert all(type(part) is float for corner in (*solid.bounds, *SDF3.from_array(array, 0.1).bounds) for part in corner)
+
+
+def test_a_number_stands_for_all_axes() -> None:
+    at = points(200)
+    same = lambda a, b: np.abs(a.distance(at) - b.distance(at)).max() < 1e-6  # noqa: E731
+    assert same(capped_cylinder(0, 10 * Z, 1), capped_cylinder((0, 0, 0), (0, 0, 10), 1))
+    assert same(sphere(1, 0.5), sphere(1, (0.5, 0.5, 0.5)))
+    assert same(sphere(1).translate(1), sphere(1).translate((1, 1, 1)))
 
 
 def test_callables_return_columns_as_theirs() -> None:

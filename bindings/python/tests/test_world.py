@@ -187,3 +187,30 @@ def test_an_export_without_a_tile_is_coarser_there(tmp_path: Path) -> None:
     z, y, x = (places * voxel + pyramid["datasets"][0]["coordinateTransformations"][1]["translation"]).T
     own = solid.distance(np.stack([x, -z, y], 1).astype(np.float32))
     assert ((array[:][tuple(places.T)] < 0) == (own < 0))[np.abs(own) > 64 * voxel].all()
+
+
+def test_meshes_outside_of_the_folder_need_consent(tmp_path: Path) -> None:
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    mesh = tmp_path / "mesh.stl"
+    sphere(0.5).save(mesh, step=0.1)
+    path = inner / "scene.json"
+    path.write_text('{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "../mesh.stl", "resolution": 32}}]}')
+    other = [tmp_path / "other.stl"]
+    for external in (False, other, []):
+        with pytest.raises(argil.SceneError, match="outside"):
+            world.plan(path, 0.05, external=external)
+        with pytest.raises(argil.SceneError, match="outside"):
+            argil.Scene.load(path, external=external)
+    with pytest.raises(TypeError, match="external"):
+        world.plan(path, 0.05, external="mesh.stl")
+    plan = world.plan(path, 0.05, external=[mesh])
+    assert world.bake(plan, store=tmp_path / "store").baked > 0
+    # A plan from a file has no consent of its own.
+    plan.save(inner / "plan.json")
+    again = world.Plan.load(inner / "plan.json")
+    with pytest.raises(argil.SceneError, match="outside"):
+        world.bake(again, store=tmp_path / "store")
+    for external in (True, [mesh]):
+        again = world.Plan.load(inner / "plan.json", external=external)
+        assert world.bake(again, store=tmp_path / "store").baked == 0

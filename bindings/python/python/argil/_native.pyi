@@ -53,6 +53,17 @@ class Node:
     @staticmethod
     def from_file(path: _Path, resolution: int, progress: _Progress = None) -> Node: ...
     @staticmethod
+    def from_volume(
+        path: _Path,
+        content: bytes | None,
+        grid: str | None,
+        fog: bool | None,
+        iso: float | None,
+        voxel_size: float | None,
+        origin: Sequence[float] | None,
+        progress: _Progress = None,
+    ) -> Node: ...
+    @staticmethod
     def heightmap(path: _Path, half_size: Sequence[float], height: float, base: float) -> Node: ...
     @property
     def brush_count(self) -> int: ...

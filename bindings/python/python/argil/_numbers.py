@@ -57,14 +57,20 @@ def _several(name: str, value: Any, count: int) -> list[Any]:
     return parts
 
 
-def vector3(name: str, value: Vector3) -> tuple[float, float, float]:
-    """Returns three finite numbers."""
+def vector3(name: str, value: Vector3 | SupportsFloat) -> tuple[float, float, float]:
+    """Returns three finite numbers. One number stands for all of them, as in fogleman's library."""
+    if is_number(value):
+        same = number(name, value)
+        return same, same, same
     x, y, z = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 3)))
     return x, y, z
 
 
-def vector2(name: str, value: Vector2) -> tuple[float, float]:
-    """Returns two finite numbers."""
+def vector2(name: str, value: Vector2 | SupportsFloat) -> tuple[float, float]:
+    """Returns two finite numbers. One number stands for both, as in fogleman's library."""
+    if is_number(value):
+        same = number(name, value)
+        return same, same
     x, y = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 2)))
     return x, y
 

@@ -163,49 +163,95 @@ def save(
     solid._node.save_volume(name, voxel, box, half_width, progress_of(progress))
 
 
-def voxels(solid: SDF3, resolution: int, bounds: Box | None, progress: Any) -> NDArray[np.float32]:
-    import numpy as np
+def plain_box(low: Sequence[float], high: Sequence[float]) -> Box:
+    """Returns two corners of Python's own numbers."""
+    x0, y0, z0 = (float(part) for part in low)
+    x1, y1, z1 = (float(part) for part in high)
+    return (x0, y0, z0), (x1, y1, z1)
 
+
+def voxel_grid(
+    solid: SDF3, resolution: int, bounds: Box | None
+) -> tuple[float, tuple[float, float, float], tuple[int, int, int]]:
+    """Returns the distance between samples, the position of the first one, and how many there are along x, y and z."""
     box = checked_box(bounds)
     count = int(number("resolution", resolution))
     if not 1 <= count <= 2048:
         raise ValueError(f"resolution: {count} is not from 1 to 2048")
-    low, high = (np.array(corner) for corner in (box or solid._node.finite_bounds()))
-    size = (high - low).max() / count
+    low, high = box or solid._node.finite_bounds()
+    size = max(b - a for a, b in zip(low, high, strict=True)) / count
     if box is None:
-        low, high = low - 2 * size, high + 2 * size
-        size = (high - low).max() / count
-    counts = np.maximum(np.ceil((high - low) / size - 1e-3).astype(int), 1)
-    first = (low + high) / 2 - (counts - 1) * size / 2
-    values = solid._node.grid([float(c) for c in first], float(size), [int(n) for n in counts], progress_of(progress))
-    return values
+        low, high = [a - 2 * size for a in low], [b + 2 * size for b in high]
+        size = max(b - a for a, b in zip(low, high, strict=True)) / count
+    sides = list(zip(low, high, strict=True))
+    nx, ny, nz = (max(math.ceil((b - a) / size - 1e-3), 1) for a, b in sides)
+    x, y, z = ((a + b) / 2 - (n - 1) * size / 2 for (a, b), n in zip(sides, (nx, ny, nz), strict=True))
+    return float(size), (float(x), float(y), float(z)), (nx, ny, nz)
 
 
-def _picture_options(options: dict[str, Any]) -> str:
-    known = {
-        "camera", "eye", "target", "field_of_view", "show", "ground", "sun", "samples", "bounds",
-    }  # fmt: skip
-    unknown = set(options) - known
-    if unknown:
-        raise TypeError(f"render: unexpected arguments {', '.join(sorted(unknown))}; known are {', '.join(sorted(known))}")
-    values: dict[str, Any] = {}
-    if (options.get("eye") is None) != (options.get("target") is None):
+def voxels(solid: SDF3, resolution: int, bounds: Box | None, progress: Any) -> NDArray[np.float32]:
+    size, first, counts = voxel_grid(solid, resolution, bounds)
+    return solid._node.grid(first, size, counts, progress_of(progress))
+
+
+def from_array(values: Any, spacing: float, origin: Any, iso: float | None, fog: bool, progress: Any) -> SDF3:
+    import io
+
+    import numpy as np
+
+    array = np.asarray(values)
+    if array.ndim != 3:
+        raise ValueError(f"values: expected an array [z, y, x], not one of shape {array.shape}")
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"values: expected numbers, not an array of {array.dtype}")
+    size = number("spacing", spacing)
+    if size <= 0:
+        raise ValueError(f"spacing: {size} is not above 0")
+    if not np.isfinite(array).all():
+        raise ValueError("values: there are some that are not finite: replace them first")
+    content = io.BytesIO()
+    np.save(content, np.ascontiguousarray(array, dtype=np.float32))
+    level = None if iso is None else number("iso", iso)
+    place = vector3("origin", origin)
+    return volume("values.npy", content.getvalue(), None, bool(fog), level, size, place, progress)
+
+
+def volume(
+    name: str,
+    content: bytes | None,
+    grid: str | None,
+    fog: bool | None,
+    iso: float | None,
+    voxel_size: float | None,
+    origin: Sequence[float] | None,
+    progress: Any,
+) -> SDF3:
+    """Reads a volume, which has the axes of Python, from a file or from its bytes."""
+    from ._sdf3 import SDF3
+
+    node = _native.Node.from_volume(name, content, grid, fog, iso, voxel_size, origin, progress_of(progress))
+    return SDF3(node).rotate(-math.pi / 2, (1, 0, 0))
+
+
+def picture_options(
+    camera: Any, eye: Any, target: Any, field_of_view: Any, show: Any, ground: Any, sun: Any, samples: Any, bounds: Any
+) -> str:
+    """Returns what the native part takes: see `SDF3.render`."""
+    values: dict[str, Any] = {"show": str(show), "ground": bool(ground)}
+    if (eye is None) != (target is None):
         raise ValueError("render: eye and target go together")
-    if options.get("eye") is not None:
-        values["look_at"] = [to_scene(vector3(name, options[name])) for name in ("eye", "target")]
-    elif options.get("camera") is not None:
-        azimuth, elevation, distance = vector3("camera", options["camera"])
-        values["orbit"] = [azimuth, elevation, distance]
-    if options.get("field_of_view") is not None:
-        values["field_of_view"] = number("field_of_view", options["field_of_view"])
-    values["show"] = str(options.get("show", "shaded"))
-    values["ground"] = bool(options.get("ground", False))
-    if options.get("sun") is not None:
-        values["sun"] = list(vector2("sun", options["sun"]))
-    if options.get("samples") is not None:
-        values["samples"] = int(options["samples"])
-    if options.get("bounds") is not None:
-        values["bounds"] = checked_box(options["bounds"])
+    if eye is not None:
+        values["look_at"] = [to_scene(vector3(name, place)) for name, place in (("eye", eye), ("target", target))]
+    elif camera is not None:
+        values["orbit"] = list(vector3("camera", camera))
+    if field_of_view is not None:
+        values["field_of_view"] = number("field_of_view", field_of_view)
+    if sun is not None:
+        values["sun"] = list(vector2("sun", sun))
+    if samples is not None:
+        values["samples"] = int(samples)
+    if bounds is not None:
+        values["bounds"] = checked_box(bounds)
     return json.dumps(values)
 
 
@@ -219,16 +265,15 @@ def _size(size: Sequence[int]) -> tuple[int, int]:
     return width, height
 
 
-def render(solid: Any, size: Sequence[int], options: dict[str, Any]) -> NDArray[np.uint8]:
-    progress = progress_of(options.pop("progress", None))
-    return solid._node.render(*_size(size), _picture_options(options), progress)
+def render(solid: Any, size: Sequence[int], options: str, progress: Any) -> NDArray[np.uint8]:
+    return solid._node.render(*_size(size), options, progress_of(progress))
 
 
-def save_picture(solid: Any, path: str | os.PathLike[str], size: Sequence[int], options: dict[str, Any]) -> None:
+def save_picture(solid: Any, path: str | os.PathLike[str], size: Sequence[int], options: str, progress: Any) -> None:
     name = os.fspath(path)
     if not name.lower().endswith(".png"):
         raise ValueError(f"{name}: a picture is a .png file")
-    _native.write_png(name, render(solid, size, options))
+    _native.write_png(name, render(solid, size, options, progress))
 
 
 def turntable(
@@ -237,7 +282,9 @@ def turntable(
     frames: int,
     size: Sequence[int],
     seconds: float,
+    camera: Any,
     options: dict[str, Any],
+    progress: Any,
 ) -> None:
     count = int(number("frames", frames))
     if not 1 <= count <= 1000:
@@ -247,20 +294,19 @@ def turntable(
     name = os.fspath(path)
     if not name.lower().endswith(".gif"):
         raise ValueError(f"{name}: a turntable is a .gif file")
-    if options.get("eye") is not None or options.get("target") is not None:
-        raise TypeError("turntable: it turns around the solid: pass camera=, and not eye and target")
-    azimuth, elevation, distance = vector3("camera", options.pop("camera", None) or (30.0, 20.0, 3.6))
+    azimuth, elevation, distance = vector3("camera", camera or (30.0, 20.0, 3.6))
     pictures = []
     for nth in range(count):
-        camera = (azimuth + 360.0 * nth / count, elevation, distance)
-        pictures.append(render(solid, size, {**options, "camera": camera}))
+        place = (azimuth + 360.0 * nth / count, elevation, distance)
+        own = picture_options(camera=place, eye=None, target=None, **options)
+        pictures.append(render(solid, size, own, progress))
     _native.write_gif(name, pictures, seconds / count)
 
 
 def notebook_picture(solid: Any) -> bytes | None:
     """Returns a picture as PNG for a notebook, or None for a solid that has no picture."""
     try:
-        return _native.encode_png(render(solid, (480, 360), {"ground": False}))
+        return _native.encode_png(solid.render((480, 360)))
     except ValueError:
         return None
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import _native, _output
 from ._arrays import as_points
 from ._mesh import Mesh
-from ._numbers import Vector3, length, number, to_scene, unit, vector3
+from ._numbers import Vector2, Vector3, length, number, to_scene, unit, vector3
 from ._operators import Material
 from ._sdf3 import SDF3, Box
 
@@ -224,9 +224,26 @@ class Scene:
         native = self._native.bricks(count, size, _output.checked_box(bounds), _output.progress_of(progress))
         return Bricks(self, native)
 
-    def render(self, size: Sequence[int] = (640, 480), **options: Any) -> NDArray[np.uint8]:
+    def render(
+        self,
+        size: Sequence[int] = (640, 480),
+        *,
+        camera: Vector3 | None = None,
+        eye: Vector3 | None = None,
+        target: Vector3 | None = None,
+        field_of_view: float | None = None,
+        show: str = "shaded",
+        ground: bool = False,
+        sun: Vector2 | None = None,
+        samples: int | None = None,
+        bounds: Box | None = None,
+        progress: Any = None,
+    ) -> NDArray[np.uint8]:
         """Renders the scene: see `SDF3.render`."""
-        return self.solid().render(size, **options)
+        options = _output.picture_options(
+            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
+        )
+        return _output.render(self.solid(), size, options, progress)
 
     def show(self) -> Any:
         """Opens the scene in Argil's editor: see `SDF3.show`."""
@@ -341,7 +358,7 @@ class Bricks:
     def bounds(self) -> Box:
         """The box of the voxels."""
         low, high = self._native.facts()[2]
-        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+        return _output.plain_box(low, high)
 
     def distance(self, points: ArrayLike) -> NDArray[np.float32]:
         """Returns stored distances, interpolated, of points of shape (N, 3). Beyond the stored band, they are lower bounds."""
@@ -351,10 +368,26 @@ class Bricks:
         """Returns the stored surface as triangles."""
         return Mesh(self._native.mesh(normals, colors))
 
-    def render(self, size: Sequence[int] = (640, 480), **options: Any) -> NDArray[np.uint8]:
+    def render(
+        self,
+        size: Sequence[int] = (640, 480),
+        *,
+        camera: Vector3 | None = None,
+        eye: Vector3 | None = None,
+        target: Vector3 | None = None,
+        field_of_view: float | None = None,
+        show: str = "shaded",
+        ground: bool = False,
+        sun: Vector2 | None = None,
+        samples: int | None = None,
+        bounds: Box | None = None,
+        progress: Any = None,
+    ) -> NDArray[np.uint8]:
         """Renders the stored surface: see `SDF3.render`. `show` may also be "bricks"."""
-        progress = _output.progress_of(options.pop("progress", None))
-        return self._native.render(*_output._size(size), _output._picture_options(options), progress)
+        options = _output.picture_options(
+            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
+        )
+        return self._native.render(*_output._size(size), options, _output.progress_of(progress))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the bricks and their scene to an .argil file."""

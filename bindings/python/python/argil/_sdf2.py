@@ -80,7 +80,7 @@ class SDF2(Solid):
         if found is None:
             raise ValueError("the profile is empty: nothing is inside")
         (x0, y0, _), (x1, y1, _) = found
-        return (x0, y0), (x1, y1)
+        return (float(x0), float(y0)), (float(x1), float(y1))
 
     def _repr_png_(self) -> bytes | None:
         try:

@@ -12,6 +12,7 @@ from . import _native, _output
 from ._arrays import as_points
 from ._numbers import (
     ENDLESS,
+    Vector2,
     Vector3,
     half,
     is_number,
@@ -112,7 +113,7 @@ class SDF3(Solid):
         if found is None:
             raise ValueError("the solid is empty: nothing is inside")
         low, high = found
-        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+        return _output.plain_box(low, high)
 
     def volume(self, voxel_size: float | None = None) -> float:
         """Returns the volume, from a mesh whose corners lie on the surface.
@@ -200,11 +201,48 @@ class SDF3(Solid):
         _output.save(self, path, step, bounds, samples, verbose, progress, options)
 
     def voxels(self, resolution: int = 128, *, bounds: Box | None = None, progress: Any = None) -> NDArray[np.float32]:
-        """Returns distances on a grid: an array [x, y, z] with `resolution` samples along the longest side.
+        """Returns distances on a grid: an array [z, y, x] with `resolution` samples along the longest side.
 
-        Samples lie in the middle of voxels. `bounds` is the box of the voxels; without it, the solid's box and two voxels.
+        All arrays of voxels have this order of axes: those of `from_array`, and those in .npy files. Samples lie in the middle of
+        voxels. `bounds` is the box of the voxels; without it, the solid's box and two voxels. `voxel_grid` returns where they lie.
         """
         return _output.voxels(self, resolution, bounds, progress)
+
+    def voxel_grid(
+        self, resolution: int = 128, *, bounds: Box | None = None
+    ) -> tuple[float, tuple[float, float, float]]:
+        """Returns the distance between the samples of `voxels`, and the position (x, y, z) of the first one.
+
+        They bring an array back to its place:
+
+        >>> from argil import SDF3, sphere
+        >>> f = sphere(1)
+        >>> spacing, origin = f.voxel_grid(32)
+        >>> copy = SDF3.from_array(f.voxels(32), spacing, origin)
+        """
+        size, first, _ = _output.voxel_grid(self, resolution, bounds)
+        return size, first
+
+    @classmethod
+    def from_array(
+        cls,
+        values: ArrayLike,
+        spacing: float = 1.0,
+        origin: Vector3 = (0, 0, 0),
+        iso: float | None = None,
+        *,
+        fog: bool = False,
+        progress: Any = None,
+    ) -> SDF3:
+        """Creates a solid from values on a grid: an array [z, y, x], as `voxels` returns.
+
+        `spacing` is the distance between samples, and `origin` the position (x, y, z) of the first one. The surface is where
+        values are `iso`, by default 0; inside, they are lower. With `fog` they are densities, which are higher inside, and the
+        surface is at half of the largest one.
+
+        Raises ValueError if the array has not three axes, a value is not finite, or there is no surface.
+        """
+        return _output.from_array(values, spacing, origin, iso, fog, progress)
 
     def bricks(self, resolution: int = 256, *, voxel_size: float | None = None, progress: Any = None) -> Bricks:
         """Returns the solid as sparse bricks, which follow edits in place. See `Bricks`."""
@@ -218,7 +256,21 @@ class SDF3(Solid):
 
         return Scene(self)
 
-    def render(self, size: Sequence[int] = (640, 480), **options: Any) -> NDArray[np.uint8]:
+    def render(
+        self,
+        size: Sequence[int] = (640, 480),
+        *,
+        camera: Vector3 | None = None,
+        eye: Vector3 | None = None,
+        target: Vector3 | None = None,
+        field_of_view: float | None = None,
+        show: str = "shaded",
+        ground: bool = False,
+        sun: Vector2 | None = None,
+        samples: int | None = None,
+        bounds: Box | None = None,
+        progress: Any = None,
+    ) -> NDArray[np.uint8]:
         """Returns a picture of the solid: an array (height, width, 3) of sRGB. `size` is width and height in pixels.
 
         `camera` is azimuth and elevation in degrees, and the distance in multiples of the solid's radius: by default
@@ -226,11 +278,32 @@ class SDF3(Solid):
         "depth" or "heat". `ground` adds a plane below. `sun` is azimuth and elevation in degrees. `samples` are rays per
         pixel, from 1 to 64. `bounds` is the box that is seen.
         """
-        return _output.render(self, size, options)
+        options = _output.picture_options(
+            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
+        )
+        return _output.render(self, size, options, progress)
 
-    def save_picture(self, path: str | os.PathLike[str], size: Sequence[int] = (640, 480), **options: Any) -> None:
+    def save_picture(
+        self,
+        path: str | os.PathLike[str],
+        size: Sequence[int] = (640, 480),
+        *,
+        camera: Vector3 | None = None,
+        eye: Vector3 | None = None,
+        target: Vector3 | None = None,
+        field_of_view: float | None = None,
+        show: str = "shaded",
+        ground: bool = False,
+        sun: Vector2 | None = None,
+        samples: int | None = None,
+        bounds: Box | None = None,
+        progress: Any = None,
+    ) -> None:
         """Writes what `render` returns to a PNG file."""
-        _output.save_picture(self, path, size, options)
+        options = _output.picture_options(
+            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
+        )
+        _output.save_picture(self, path, size, options, progress)
 
     def turntable(
         self,
@@ -238,22 +311,51 @@ class SDF3(Solid):
         frames: int = 36,
         size: Sequence[int] = (320, 240),
         seconds: float = 3.0,
-        **options: Any,
+        *,
+        camera: Vector3 | None = None,
+        field_of_view: float | None = None,
+        show: str = "shaded",
+        ground: bool = False,
+        sun: Vector2 | None = None,
+        samples: int | None = None,
+        bounds: Box | None = None,
+        progress: Any = None,
     ) -> None:
-        """Writes an animation of one turn around the solid to a GIF file. Options are those of `render`."""
-        _output.turntable(self, path, frames, size, seconds, options)
+        """Writes an animation of one turn around the solid to a GIF file. The others are those of `render`."""
+        pictures = {
+            "field_of_view": field_of_view, "show": show, "ground": ground, "sun": sun, "samples": samples, "bounds": bounds,
+        }  # fmt: skip
+        _output.turntable(self, path, frames, size, seconds, camera, pictures, progress)
 
     def show(self) -> Any:
         """Opens the solid in Argil's editor, and returns its process. Raises FileNotFoundError if it is not installed."""
         return _output.show(self)
 
-    def slice_image(self, **options: Any) -> NDArray[np.float32]:
+    def slice_image(
+        self,
+        w: int = 1024,
+        h: int = 1024,
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
+        bounds: Box | None = None,
+    ) -> NDArray[np.float32]:
         """Returns distances in a plane: see `sample_slice`."""
-        return _output.sample_slice(self, **options)[0]
+        return _output.sample_slice(self, w, h, x, y, z, bounds)[0]
 
-    def show_slice(self, **options: Any) -> None:
-        """Plots distances in a plane by matplotlib. See `sample_slice`."""
-        _output.show_slice(self, **options)
+    def show_slice(
+        self,
+        w: int = 1024,
+        h: int = 1024,
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
+        bounds: Box | None = None,
+        *,
+        abs: bool = False,
+    ) -> None:
+        """Plots distances in a plane by matplotlib, without their sign if `abs` is true. See `sample_slice`."""
+        _output.show_slice(self, abs, w=w, h=h, x=x, y=y, z=z, bounds=bounds)
 
     def _repr_png_(self) -> bytes | None:
         return _output.notebook_picture(self)

@@ -88,6 +88,8 @@ pub struct RawLayout {
 /// What a header says.
 struct Header<'a> {
     shape: [usize; 3],
+    /// Whether z is the fastest, and x the slowest. Else x is the fastest.
+    is_z_fastest: bool,
     number: RawType,
     is_big: bool,
     voxel_size: Option<f32>,
@@ -120,7 +122,7 @@ pub(super) fn read_dense(
             header.values.len()
         ));
     }
-    let values = header
+    let mut values = header
         .number
         .numbers(&header.values[..needed], header.is_big);
     if let Some(place) = values.iter().position(|value| !value.is_finite()) {
@@ -128,6 +130,10 @@ pub(super) fn read_dense(
             "value {place} is {}, not a number: replace it first",
             values[place]
         ));
+    }
+    if header.is_z_fastest {
+        let at = |i: usize| (i / (nx * ny)) + nz * (i / nx % ny + ny * (i % nx));
+        values = (0..values.len()).map(|i| values[at(i)]).collect();
     }
     let longest = nx.max(ny).max(nz).max(2) as f32 - 1.0;
     let voxel_size = header.voxel_size.unwrap_or(2.0 / longest);
@@ -150,6 +156,7 @@ fn raw<'a>(bytes: &'a [u8], layout: &RawLayout) -> Result<Header<'a>, String> {
     let shape = layout.shape.ok_or(text)?;
     Ok(Header {
         shape: shape.map(|n| n as usize),
+        is_z_fastest: false,
         number: layout.number,
         is_big: false,
         voxel_size: None,
@@ -158,8 +165,8 @@ fn raw<'a>(bytes: &'a [u8], layout: &RawLayout) -> Result<Header<'a>, String> {
     })
 }
 
-/// Reads a NumPy array (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>). Its axes are z, y, x in
-/// C order, and x, y, z in Fortran order.
+/// Reads a NumPy array (<https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>). Its axes are z, y, x. Which of
+/// them is the fastest in the file does not matter.
 fn npy(bytes: &[u8]) -> Result<Header<'_>, String> {
     const SHORT: &str = "the header of the array is truncated";
     let rest = bytes
@@ -227,8 +234,8 @@ fn npy(bytes: &[u8]) -> Result<Header<'_>, String> {
         ));
     };
     Ok(Header {
-        // In C order the last axis is the fastest: [z, y, x].
-        shape: if is_fortran { [a, b, c] } else { [c, b, a] },
+        shape: [c, b, a],
+        is_z_fastest: is_fortran,
         number,
         is_big: kind.starts_with('>'),
         voxel_size: None,
@@ -311,6 +318,7 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
     let origin = origin.map(|text| numbers(&text));
     Ok(Header {
         shape: [x, y, z],
+        is_z_fastest: false,
         number,
         is_big: field("endian").is_some_and(|own| own == "big"),
         voxel_size,
