@@ -17,9 +17,12 @@ use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, RawType,
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input or the request is at fault, also if it exceeds its own --memory-budget; \
+    2 usage; 3 the machine lacks a GPU, memory or a program that is needed; 130 interrupted";
+
 /// Malleable environments made of signed distance fields.
 #[derive(Parser)]
-#[command(name = "argil", version, about, max_term_width = 100)]
+#[command(name = "argil", version, about, max_term_width = 100, after_help = EXIT_CODES)]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
     pub command: CliCommand,
@@ -41,7 +44,7 @@ pub(crate) enum CliCommand {
     Import(Import),
     /// Compare two images: PSNR, SSIM, FLIP, and the 2023 study's difference of Laplacians
     Compare(Compare),
-    /// Describe a scene, a volume or a mesh
+    /// Describe a scene, a mesh, or a volume, also of other programs
     Info(Info),
     /// Repeat and extend the 2023 study, and write a report; resumes if it was interrupted
     Study(Companion),
@@ -52,6 +55,10 @@ pub(crate) enum CliCommand {
     /// Bake a world as tiles in a folder or an object store, with any number of workers
     #[cfg(feature = "world")]
     World(WorldArgs),
+    /// Bake a world as tiles: this program was built without it
+    #[cfg(not(feature = "world"))]
+    #[command(hide = true)]
+    World(Companion),
     /// Print the JSON schema of scene files
     Schema,
 }
@@ -149,7 +156,7 @@ pub(crate) struct VolumeArgs {
     /// Voxels along a brick's side: bricks 4, 8 or 16 [default: 8]; octree 8, 16 or 32 [default: 32]
     #[arg(long, value_name = "N", value_parser = brick_size)]
     pub brick: Option<u32>,
-    /// Bricks, levels: maximum memory in MiB [default: what is free; levels 160]
+    /// Bricks, levels: maximum memory in MiB; a request that needs more is refused [default: what is free; levels 160]
     #[arg(long, value_name = "MIB", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub memory_budget: Option<u32>,
     /// Levels: the size of a voxel that a ray accepts, in pixels, from 0.125 to 1024; a mesh counts pixels of an image
@@ -168,7 +175,7 @@ pub(crate) struct VolumeArgs {
     /// Octree on a GPU: how to order bricks [default: prefix-sum]
     #[arg(long, value_enum)]
     pub sort: Option<BrickOrdering>,
-    /// Mesh: how to extract triangles [default: mc]
+    /// Mesh: how to extract triangles; flat parts get as many as others: --max-triangles merges them [default: mc]
     #[arg(long, value_enum)]
     pub method: Option<MeshMethod>,
     /// Mesh: shade each triangle with its own normal, as the 2023 study did

@@ -11,6 +11,14 @@ use std::process::{Command, ExitCode};
 )]
 pub(crate) struct Missing(&'static str);
 
+/// The command was built without something.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "this program was built without `argil {0}`: build it with `cargo build --release -p argil-cli --features {0}` in Argil's folder, or with `--features cloud` for stores behind the network, too"
+)]
+#[cfg_attr(feature = "world", allow(dead_code, reason = "all commands are built"))]
+pub(crate) struct NotBuilt(pub &'static str);
+
 /// Starts a program with arguments, and exits with its exit code.
 ///
 /// # Errors

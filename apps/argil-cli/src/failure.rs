@@ -17,6 +17,7 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let of_machine = error.chain().any(|cause| {
         cause.is::<EngineError>()
             || cause.is::<crate::companion::Missing>()
+            || cause.is::<crate::companion::NotBuilt>()
             || matches!(cause.downcast_ref(), Some(RenderError::Gpu(_)))
             || cause.downcast_ref().is_some_and(lacks)
             || matches!(cause.downcast_ref(), Some(VolumeFileError::Build(e)) if lacks(e))

@@ -152,6 +152,20 @@ fn volume(options: &Import) -> anyhow::Result<()> {
             .to_string_lossy()
             .into_owned()
     };
+    let others: Vec<&str> = read
+        .other_grids
+        .iter()
+        .map(String::as_str)
+        .filter(|_| own.grid.is_none())
+        .collect();
+    if !others.is_empty() {
+        eprintln!(
+            "note: {}: only the grid {:?} is read, and not {}: colors of voxels are left out, and --grid reads another one",
+            options.file.display(),
+            read.name,
+            others.join(", ")
+        );
+    }
     let name = stem(&options.file);
     let solid = read.grid.solid();
     let memory = size_of_val(read.grid.words());
@@ -166,6 +180,7 @@ fn volume(options: &Import) -> anyhow::Result<()> {
         "scene": options.output.display().to_string(),
         "brushes": 1,
         "grid": read.name,
+        "other_grids": read.other_grids,
         "class": if read.is_fog { "fog" } else { "level-set" },
         "voxel": read.voxel_size,
         "voxels": read.voxels,

@@ -16,6 +16,9 @@ pub(crate) fn run(options: &Info) -> anyhow::Result<()> {
     if MeshFormat::from_path(&options.scene).is_some() {
         return of_mesh(options);
     }
+    if argil::is_volume_file(&options.scene) {
+        return of_other_volume(options);
+    }
     let scene = crate::input::scene(&options.scene, options.allow_external_meshes)?;
     let world = Engine::cpu()
         .build(&scene)
@@ -94,6 +97,24 @@ fn of_volume(options: &Info) -> anyhow::Result<()> {
         let bytes = std::fs::metadata(&options.scene).map(|m| m.len());
         report.insert("file_bytes".into(), json!(bytes.unwrap_or(0)));
     }
+    print(options, &report);
+    Ok(())
+}
+
+/// Describes a volume of another program: the first grid of single numbers, and the names of the others.
+fn of_other_volume(options: &Info) -> anyhow::Result<()> {
+    let read = argil::read_volume(&options.scene, &argil::VolumeReadOptions::default())?;
+    let solid = read.grid.solid();
+    let bytes = std::fs::metadata(&options.scene).map(|about| about.len());
+    let report = json!({
+        "grid": read.name,
+        "other_grids": read.other_grids,
+        "class": if read.is_fog { "fog" } else { "level-set" },
+        "voxel": read.voxel_size,
+        "voxels": read.voxels,
+        "box": [solid.min.to_array(), solid.max.to_array()],
+        "file_bytes": bytes.unwrap_or(0),
+    });
     print(options, &report);
     Ok(())
 }

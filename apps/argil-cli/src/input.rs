@@ -41,6 +41,11 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
         path.display()
     );
     ensure!(
+        !argil::is_volume_file(path),
+        "{}: this is a volume of another program, not a scene: convert it with `argil import {0} -o scene.json`",
+        path.display()
+    );
+    ensure!(
         !path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("png")),

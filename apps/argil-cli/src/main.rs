@@ -73,6 +73,8 @@ fn main() -> ExitCode {
         CliCommand::Devices(options) => devices::run(&options),
         #[cfg(feature = "world")]
         CliCommand::World(options) => world::run(&options),
+        #[cfg(not(feature = "world"))]
+        CliCommand::World(_) => Err(companion::NotBuilt("world").into()),
         CliCommand::Schema => schema::run(),
     };
     ended(result.map(|()| ExitCode::SUCCESS))

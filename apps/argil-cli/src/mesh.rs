@@ -71,8 +71,9 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
         Some((path, format)) => {
             ensure!(
                 meshed.report.triangles > 0,
-                "{}: no surface at this iso level lies in its box; nothing was written",
-                options.scene.display()
+                "{}: {}; nothing was written",
+                options.scene.display(),
+                no_surface(options, &world, meshed.voxel_grid.voxel_size)
             );
             let files = MeshFiles::beside(path)?;
             let save = |mesh: &argil::mesh::Mesh, path: &Path| {
@@ -115,6 +116,18 @@ fn check_representation(options: &MeshArgs) -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+/// Describes why there is no triangle, and what helps.
+fn no_surface(options: &MeshArgs, world: &World, voxel_size: f32) -> String {
+    let remedy = format!(
+        "parts thinner than a voxel, {voxel_size} here, can be lost: raise --resolution, or choose a smaller --voxel-size"
+    );
+    match options.iso {
+        _ if world.program().aabb().is_empty() => "the scene has no solid".to_owned(),
+        0.0 => format!("no surface was found; {remedy}"),
+        iso => format!("no surface at the iso level {iso} was found in its box; {remedy}"),
+    }
 }
 
 /// Files of one mesh, which appear together: they are made in a folder beside their places, and renamed when all are there.

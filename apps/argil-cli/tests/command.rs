@@ -415,3 +415,31 @@ fn trees_thousands_of_levels_deep_are_imported_and_drawn() {
         assert!(json(&argil(&arguments))["hit_pixels"].as_u64() > Some(0));
     }
 }
+
+/// What a voxel is larger than can be lost, and the message says so.
+#[test]
+fn a_mesh_without_triangles_names_the_voxels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let ball = |x: f32| {
+        format!(
+            r#"{{"shape":{{"type":"sphere","radius":0.01}},"modifiers":[{{"type":"translate","by":[{x},0.3,0]}}]}}"#
+        )
+    };
+    let text = format!(r#"{{"argil":1,"brushes":[{},{}]}}"#, ball(-5.0), ball(5.2));
+    std::fs::write(place("two.json"), text).expect("a file");
+    let mesh = ["mesh", &place("two.json"), "-o", &place("two.glb")];
+    fails(
+        &[&mesh[..], &["--resolution", "8"]].concat(),
+        1,
+        "raise --resolution",
+    );
+    std::fs::write(place("none.json"), r#"{"argil":1,"brushes":[]}"#).expect("a file");
+    fails(
+        &["mesh", &place("none.json"), "-o", &place("two.glb")],
+        1,
+        "none.json",
+    );
+    #[cfg(not(feature = "world"))]
+    fails(&["world", "plan", "--help"], 3, "--features world");
+}

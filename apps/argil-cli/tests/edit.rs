@@ -100,6 +100,48 @@ fn a_journal_brings_edits_back() {
     fails(&read, 1, "this is the input");
 }
 
+/// A journal is whole before the bake. One that a killed program left empty is nobody's.
+#[test]
+fn a_kill_during_the_bake_leaves_a_whole_journal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let [edits, journal, found] = ["e.jsonl", "j", "found.json"].map(place);
+    std::fs::write(&edits, EDITS).expect("a file");
+    std::fs::write(&journal, "").expect("a file");
+    fails(
+        &["recover", &journal, "-o", &found],
+        1,
+        "nothing was recorded",
+    );
+    let teapot = scene("teapot");
+    let run = |resolution| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_argil"));
+        command.args([
+            "edit",
+            &teapot,
+            "--edits",
+            &edits,
+            "--resolution",
+            resolution,
+        ]);
+        command.args(["--journal", &journal]);
+        command
+    };
+    let mut killed = run("1500").spawn().expect("a process");
+    while std::fs::metadata(&journal).map_or(0, |about| about.len()) == 0 {
+        assert!(killed.try_wait().expect("a process").is_none());
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    killed.kill().expect("killed");
+    killed.wait().expect("its end");
+    let report = json(&argil(&["recover", &journal, "-o", &found, "--json"]));
+    assert_eq!(report["edits"], 0);
+    // A bake that fails leaves none.
+    std::fs::remove_file(&journal).expect("removed");
+    assert_eq!(run("3").status().expect("a process").code(), Some(1));
+    assert!(!std::path::Path::new(&journal).exists());
+}
+
 /// A log with a byte order mark, as editors write it, inserts a mesh whose file is next to the scene's.
 #[test]
 fn a_log_can_bring_a_mesh() {

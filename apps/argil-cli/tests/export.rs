@@ -52,6 +52,17 @@ fn volumes_for_other_programs_are_written_and_imported() {
         assert_eq!(about["brushes"], 1);
         assert!(hits(&back) > 300, "{name}: {}", hits(&back));
     }
+    // What a file holds, and what of it is not read.
+    let about = json(&argil(&["info", &place("a.vdb"), "--json"]));
+    assert_eq!(about["class"], "level-set");
+    assert_eq!(about["other_grids"], serde_json::json!(["Cd"]));
+    let import = argil(&["import", &place("a.vdb"), "-o", &place("back.json")]);
+    assert!(String::from_utf8_lossy(&import.stderr).contains("not Cd"));
+    for name in ["b.vdb", "d.nvdb", "e.nrrd", "f.npy"] {
+        let about = json(&argil(&["info", &place(name), "--json"]));
+        assert!(about["voxels"].as_u64() > Some(1000), "{name}: {about}");
+    }
+    fails(&["render", &place("a.vdb")], 1, "argil import");
     // A scene can name such a file itself.
     let text = r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "a.vdb"}}]}"#;
     std::fs::write(place("named.json"), text).expect("a file");

@@ -144,7 +144,7 @@ modifiers! {
     }
     example(Self::RadialRepeat { count: 6 });
 
-    /// Copies the solid to many poses. The copies share its program, so each one costs little memory.
+    /// Copies the solid to many poses. The copies share its program, but each has bounds and a place in indices: a million copies take gigabytes.
     #[doc(alias = "scatter")]
     Instances {
         /// The pose of each copy: position, rotation about the y axis in degrees, and scale.

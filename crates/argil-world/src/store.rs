@@ -78,7 +78,7 @@ impl Store {
     fn open_address(address: &str) -> Result<Self, WorldError> {
         Err(WorldError::Address {
             place: redacted(address),
-            reason: "this program was built without stores behind the network: build it with `--features cloud`".to_owned(),
+            reason: "this program was built without stores behind the network: build it with the feature `cloud` of argil-cli, argil-studio or argil-world".to_owned(),
         })
     }
 

@@ -1,4 +1,4 @@
-//! Carves a tunnel while a game would run, within 2 ms per frame: `cargo run --release -p argil --example edit_live`.
+//! Carves a tunnel while a game would run, with a budget of 2 ms per frame: `cargo run --release -p argil --example edit_live`.
 
 use argil::prelude::*;
 

@@ -44,6 +44,8 @@ pub struct ReadVolume {
     pub grid: SampledGrid,
     /// Name of the grid in the file.
     pub name: String,
+    /// Names of the file's other grids, which were not read, such as colors.
+    pub other_grids: Vec<String>,
     /// Whether values were densities.
     pub is_fog: bool,
     /// Edge of a voxel.
@@ -141,13 +143,17 @@ pub fn read_volume_bytes(
     };
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let name = options.grid.as_deref();
+    let mut all_grids = Vec::new();
     let (lattice, name, class) = match ending.to_lowercase().as_str() {
         "vdb" => {
-            let grid = VdbFile::parse(bytes).and_then(|file| file.float_grid(name));
+            let file = VdbFile::parse(bytes).map_err(damaged)?;
+            all_grids.extend(file.grids.iter().map(|own| own.name.clone()));
+            let grid = file.float_grid(name);
             of_grid(grid.map_err(damaged)?).map_err(refuse)?
         }
         "nvdb" => {
             let grids = nvdb::read(bytes).map_err(damaged)?;
+            all_grids.extend(grids.iter().map(|own| own.header.name.clone()));
             let found = grids
                 .into_iter()
                 .find(|own| name.is_none_or(|name| own.header.name == name));
@@ -172,9 +178,13 @@ pub fn read_volume_bytes(
     };
     let lattice = lattice.map_err(refuse)?;
     let grid = sampled(&lattice).map_err(refuse)?;
+    if let Some(own) = all_grids.iter().position(|other| *other == name) {
+        all_grids.remove(own);
+    }
     Ok(ReadVolume {
         grid,
         name,
+        other_grids: all_grids,
         is_fog,
         voxel_size: lattice.voxel_size,
         voxels: lattice.known_voxels(),

@@ -57,13 +57,24 @@ def _several(name: str, value: Any, count: int) -> list[Any]:
     return parts
 
 
+def point3(name: str, value: Vector3) -> tuple[float, float, float]:
+    """Returns a center. One number for it is rather an argument at a wrong place."""
+    x, y, z = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 3)))
+    return x, y, z
+
+
+def point2(name: str, value: Vector2) -> tuple[float, float]:
+    """Returns a center. One number for it is rather an argument at a wrong place."""
+    x, y = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 2)))
+    return x, y
+
+
 def vector3(name: str, value: Vector3 | SupportsFloat) -> tuple[float, float, float]:
     """Returns three finite numbers. One number stands for all of them, as in fogleman's library."""
     if is_number(value):
         same = number(name, value)
         return same, same, same
-    x, y, z = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 3)))
-    return x, y, z
+    return point3(name, value)
 
 
 def vector2(name: str, value: Vector2 | SupportsFloat) -> tuple[float, float]:
@@ -71,8 +82,7 @@ def vector2(name: str, value: Vector2 | SupportsFloat) -> tuple[float, float]:
     if is_number(value):
         same = number(name, value)
         return same, same
-    x, y = (number(f"{name}[{i}]", part) for i, part in enumerate(_several(name, value, 2)))
-    return x, y
+    return point2(name, value)
 
 
 def size3(name: str, value: Vector3 | SupportsFloat) -> tuple[float, float, float]:

@@ -21,6 +21,7 @@ from ._numbers import (
     lying,
     modified,
     number,
+    point2,
     shape,
     size2,
     translated,
@@ -175,7 +176,7 @@ class SDF2(Solid):
 
 
 def _placed(node: _native.Node, center: Vector2) -> SDF2:
-    return SDF2(translated(node, [*vector2("center", center), 0.0]))
+    return SDF2(translated(node, [*point2("center", center), 0.0]))
 
 
 def circle(radius: float = 1, center: Vector2 = _ORIGIN) -> SDF2:

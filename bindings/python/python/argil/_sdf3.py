@@ -19,6 +19,7 @@ from ._numbers import (
     lying,
     modified,
     number,
+    point3,
     shape,
     size3,
     size_to_scene,
@@ -555,7 +556,7 @@ def _paired(origins: Any, directions: Any) -> tuple[Any, Any]:
 
 
 def _placed(node: _native.Node, center: Vector3) -> SDF3:
-    return SDF3(translated(node, to_scene(vector3("center", center))))
+    return SDF3(translated(node, to_scene(point3("center", center))))
 
 
 def sphere(radius: float = 1, center: Vector3 = _ORIGIN) -> SDF3:
