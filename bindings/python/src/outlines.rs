@@ -11,7 +11,10 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use ttf_parser::{Face, OutlineBuilder};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::pen::PathStyle;
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::{FontRef, MetadataProvider};
 
 /// A closed path: its start, and for each segment the control point of a quadratic curve, and the end.
 type Path = ([f32; 2], Vec<(Option<[f32; 2]>, [f32; 2])>);
@@ -29,7 +32,7 @@ impl Contours {
     }
 }
 
-impl OutlineBuilder for Contours {
+impl OutlinePen for Contours {
     fn move_to(&mut self, x: f32, y: f32) {
         self.all.push(([x + self.pen, y], Vec::new()));
     }
@@ -57,12 +60,16 @@ impl OutlineBuilder for Contours {
 /// Returns the paths of a text's letters, letter by letter, in the font's units.
 #[pyfunction]
 pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
-    let face = Face::parse(font, 0)
+    let face = FontRef::from_index(font, 0)
         .map_err(|error| PyValueError::new_err(format!("the font cannot be read: {error}")))?;
+    let (known, outlines) = (face.charmap(), face.outline_glyphs());
+    // In the font's units.
+    let size = Size::unscaled();
+    let widths = face.glyph_metrics(size, LocationRef::default());
     let mut letters = Vec::new();
     let mut pen = 0.0;
     for letter in text.chars() {
-        let Some(glyph) = face.glyph_index(letter) else {
+        let Some(glyph) = known.map(letter) else {
             return Err(PyValueError::new_err(format!(
                 "text: the font has no glyph for {letter:?}"
             )));
@@ -72,8 +79,12 @@ pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
             pen,
         };
         // A glyph without a path is a space.
-        let _ = face.outline_glyph(glyph, &mut contours);
-        pen += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
+        let settings = DrawSettings::unhinted(size, LocationRef::default())
+            .with_path_style(PathStyle::HarfBuzz);
+        let _ = outlines
+            .get(glyph)
+            .map(|own| own.draw(settings, &mut contours));
+        pen += widths.advance_width(glyph).unwrap_or(0.0);
         letters.push(contours.all);
     }
     Ok(letters)

@@ -4,8 +4,11 @@ use crate::validation::ValidationError;
 use crate::{Path2, PathSegment};
 use argil_math::Aabb;
 use glam::Vec2;
+use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::pen::PathStyle;
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 use std::sync::LazyLock;
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// Maximum characters of a text, and maximum segments of their paths. Each segment costs every evaluation of its
 /// shape.
@@ -13,8 +16,13 @@ const MAX_CHARACTERS: usize = 64;
 const MAX_TEXT_PIECES: usize = 1024;
 
 /// The built-in font: Ubuntu Light, under the Ubuntu Font License 1.0.
-static FONT: LazyLock<Face<'static>> =
-    LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font is one"));
+static FONT: LazyLock<FontRef<'static>> =
+    LazyLock::new(|| FontRef::new(epaint_default_fonts::UBUNTU_LIGHT).expect("the font is one"));
+
+/// Lengths are in the font's units.
+fn unscaled() -> Size {
+    Size::unscaled()
+}
 
 /// Checks that the font has the characters, that there are not too many, and that something is visible.
 pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
@@ -23,7 +31,8 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
         let reason = format!("{count} characters are more than the limit, {MAX_CHARACTERS}");
         return Err(ValidationError::new(path, reason));
     }
-    let has = |c: char| !c.is_control() && FONT.glyph_index(c).is_some();
+    let known = FONT.charmap();
+    let has = |c: char| !c.is_control() && known.map(c).is_some();
     let unknown = |&c: &char| c != '\n' && !has(c);
     if let Some(unknown) = text.chars().find(unknown) {
         let reason = format!("the font has no glyph for {unknown:?}");
@@ -48,23 +57,31 @@ pub(crate) fn letters(path: &str, text: &str) -> Result<(), ValidationError> {
 
 /// Iterates over the glyphs of a text, with the pen's position in the font's units.
 fn glyphs(text: &str) -> impl Iterator<Item = (GlyphId, Vec2)> + '_ {
-    let font = &*FONT;
-    let line_height = f32::from(font.height()) + f32::from(font.line_gap());
-    let advance = |glyph| f32::from(font.glyph_hor_advance(glyph).unwrap_or(0));
+    let (known, widths) = (
+        FONT.charmap(),
+        FONT.glyph_metrics(unscaled(), LocationRef::default()),
+    );
+    let about = FONT.metrics(unscaled(), LocationRef::default());
+    let line_height = about.ascent - about.descent + about.leading;
     text.lines().enumerate().flat_map(move |(nth, line)| {
-        let glyphs = || line.chars().filter_map(|c| font.glyph_index(c));
-        let length: f32 = glyphs().map(advance).sum();
+        let found: Vec<GlyphId> = line.chars().filter_map(|c| known.map(c)).collect();
+        let advance = |glyph: GlyphId| widths.advance_width(glyph).unwrap_or(0.0);
+        let length: f32 = found.iter().map(|&glyph| advance(glyph)).sum();
         let mut pen = Vec2::new(-0.5 * length, -line_height * nth as f32);
-        glyphs().map(move |glyph| {
+        let placed = found.into_iter().map(|glyph| {
             let at = pen;
             pen.x += advance(glyph);
             (glyph, at)
-        })
+        });
+        placed.collect::<Vec<_>>()
     })
 }
 
 fn scale_of(size: f32) -> f32 {
-    size / f32::from(FONT.units_per_em())
+    size / f32::from(
+        FONT.metrics(unscaled(), LocationRef::default())
+            .units_per_em,
+    )
 }
 
 /// Returns the closed paths of a text in the x–y plane, including holes. The first line stands on the x axis, each
@@ -72,14 +89,19 @@ fn scale_of(size: f32) -> f32 {
 #[doc(hidden)]
 pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
     let mut all = Vec::new();
+    let outlines = FONT.outline_glyphs();
     for (glyph, pen) in glyphs(text) {
         let mut contours = Contours {
             all: &mut all,
             pen,
             scale: scale_of(size),
         };
+        let settings = DrawSettings::unhinted(unscaled(), LocationRef::default())
+            .with_path_style(PathStyle::HarfBuzz);
         // A glyph without a path is a space.
-        let _ = FONT.outline_glyph(glyph, &mut contours);
+        let _ = outlines
+            .get(glyph)
+            .map(|own| own.draw(settings, &mut contours));
     }
     all
 }
@@ -87,12 +109,10 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
 /// Returns the box of a text, extruded along z: the union of its letters' boxes.
 pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
     let scale = scale_of(size);
+    let boxes = FONT.glyph_metrics(unscaled(), LocationRef::default());
     let held = glyphs(text).filter_map(|(glyph, pen)| {
-        let own = FONT.glyph_bounding_box(glyph)?;
-        let corner = |x: i16, y: i16, z: f32| {
-            let at = (pen + Vec2::new(f32::from(x), f32::from(y))) * scale;
-            at.extend(z)
-        };
+        let own = boxes.bounds(glyph).filter(|own| own.x_min < own.x_max)?;
+        let corner = |x: f32, y: f32, z: f32| ((pen + Vec2::new(x, y)) * scale).extend(z);
         Some(Aabb::new(
             corner(own.x_min, own.y_min, -half_depth),
             corner(own.x_max, own.y_max, half_depth),
@@ -120,7 +140,7 @@ impl Contours<'_> {
     }
 }
 
-impl OutlineBuilder for Contours<'_> {
+impl OutlinePen for Contours<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         let start = self.at(x, y);
         self.all.push(Path2::new(start));
