@@ -219,7 +219,7 @@ fn samples_are_the_fields() {
         let stored = stored_integers(bricks.pool());
         let (side, range) = (
             layout.brick_size_voxels() + 1,
-            layout.encoding().band_width(&layout.voxel_grid(), 0),
+            layout.encoding().band_width(layout.voxel_grid(), 0),
         );
         let quanta = layout.encoding().format.max_code() as f32;
         for cell in cells(&layout).step_by(3) {
@@ -255,7 +255,7 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let (mut differing, mut apart, mut texels) = (0, 0, 0);
     let (a, b) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
     let samples = layout.brick_samples();
-    let range = layout.encoding().band_width(&layout.voxel_grid(), 0);
+    let range = layout.encoding().band_width(layout.voxel_grid(), 0);
     let step = layout.encoding().format.max_code() as f32 / range;
     for cell in cells(layout) {
         match (cpu.cell(cell), found.cell(cell)) {

@@ -37,12 +37,8 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     // Workspaces of their own, with locks of their own.
     for own in ["bindings/python", "fuzz"] {
         let manifest = format!("{own}/Cargo.toml");
-        let place = ["--manifest-path", &manifest];
-        let config = ["--config", "deny.toml"];
-        run(
-            &DENY.find()?,
-            &[&place[..], &check, &config, &rules].concat(),
-        )?;
+        let place = ["--manifest-path", &manifest, "--config", "deny.toml"];
+        run(&DENY.find()?, &[&place[..], &check, &rules].concat())?;
     }
     packages::check(PRIVATE)?;
     let installed = install_in_background();

@@ -70,9 +70,9 @@ fn bricks_and_a_dense_grid_have_the_same_surface() {
     for (resolution, brick) in [(61, 8), (96, 8), (50, 4), (100, 16)] {
         let bricks = baked(&program, resolution, brick);
         let layout = bricks.layout();
-        let (grid, mut d) = corners(&program, &layout.voxel_grid());
+        let (grid, mut d) = corners(&program, layout.voxel_grid());
         // Rounded as bricks are: what is within half a step from 0 is 0.
-        let step = layout.encoding().band_width(&layout.voxel_grid(), 0)
+        let step = layout.encoding().band_width(layout.voxel_grid(), 0)
             / layout.encoding().format.max_code() as f32;
         d.iter_mut().for_each(|d| *d = (*d / step).round());
         let whole = dense::march(&d, &grid, 0.0, true);

@@ -163,7 +163,7 @@ impl<'a> BrickBuilder<'a> {
                 words,
                 fill: self.layout.encoding().fill_uniform(
                     self.program,
-                    &self.layout.voxel_grid(),
+                    self.layout.voxel_grid(),
                     0,
                 ),
                 prune,

@@ -242,7 +242,7 @@ impl EditRun<'_> {
             },
             fill: layout
                 .encoding()
-                .fill_uniform(program, &layout.voxel_grid(), 0),
+                .fill_uniform(program, layout.voxel_grid(), 0),
             prune,
             instructions: &making.instructions,
             length: blocks.instructions.len(),

@@ -114,7 +114,7 @@ fn insides_of(levels: &Levels, leaf: &LeafCell, codes: &[i16; 729]) -> Box<[bool
     let mut insides = Box::new(codes.map(|code| code < 0));
     let finest = levels.layout().level(0);
     let per_voxel = finest.encoding().format.max_code() as f32 * finest.voxel_grid().voxel_size
-        / finest.encoding().band_width(&finest.voxel_grid(), 0);
+        / finest.encoding().band_width(finest.voxel_grid(), 0);
     let near = (DOUBTFUL * per_voxel).ceil() as u16;
     for (i, inside) in insides.iter_mut().enumerate() {
         if codes[i].unsigned_abs() > near {
