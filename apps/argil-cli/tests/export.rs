@@ -52,17 +52,6 @@ fn volumes_for_other_programs_are_written_and_imported() {
         assert_eq!(about["brushes"], 1);
         assert!(hits(&back) > 300, "{name}: {}", hits(&back));
     }
-    // What a file holds, and what of it is not read.
-    let about = json(&argil(&["info", &place("a.vdb"), "--json"]));
-    assert_eq!(about["class"], "level-set");
-    assert_eq!(about["other_grids"], serde_json::json!(["Cd"]));
-    let import = argil(&["import", &place("a.vdb"), "-o", &place("back.json")]);
-    assert!(String::from_utf8_lossy(&import.stderr).contains("not Cd"));
-    for name in ["b.vdb", "d.nvdb", "e.nrrd", "f.npy"] {
-        let about = json(&argil(&["info", &place(name), "--json"]));
-        assert!(about["voxels"].as_u64() > Some(1000), "{name}: {about}");
-    }
-    fails(&["render", &place("a.vdb")], 1, "argil import");
     // A scene can name such a file itself.
     let text = r#"{"argil": 1, "brushes": [{"shape": {"type": "mesh", "path": "a.vdb"}}]}"#;
     std::fs::write(place("named.json"), text).expect("a file");
@@ -168,4 +157,34 @@ fn flags_that_do_not_fit_are_refused() {
     );
     fails(&["import", &place("gone.vdb"), "-o", &back], 1, "gone.vdb");
     assert!(!std::fs::exists(&back).expect("a folder"));
+}
+
+/// What a file holds, and what of it is not read.
+#[test]
+fn volumes_of_other_programs_are_described() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    for (name, flags) in [
+        ("a.vdb", &["--colors"][..]),
+        ("b.nvdb", &[]),
+        ("c.nrrd", &[]),
+        ("d.npy", &[]),
+    ] {
+        let (csg, file) = (scene("csg20"), place(name));
+        argil(
+            &[
+                &["bake", &csg, "--resolution", "32", "-o", &file][..],
+                flags,
+            ]
+            .concat(),
+        );
+        let about = json(&argil(&["info", &file, "--json"]));
+        assert!(about["voxels"].as_u64() > Some(1000), "{name}: {about}");
+        fails(&["render", &file], 1, "argil import");
+    }
+    let about = json(&argil(&["info", &place("a.vdb"), "--json"]));
+    assert_eq!(about["class"], "level-set");
+    assert_eq!(about["other_grids"], serde_json::json!(["Cd"]));
+    let import = argil(&["import", &place("a.vdb"), "-o", &place("back.json")]);
+    assert!(String::from_utf8_lossy(&import.stderr).contains("not Cd"));
 }
