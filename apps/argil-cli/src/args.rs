@@ -17,12 +17,9 @@ use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, RawType,
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input or the request is at fault, also if it exceeds its own --memory-budget; \
-    2 usage; 3 the machine lacks a GPU, memory or a program that is needed; 130 interrupted";
-
 /// Malleable environments made of signed distance fields.
 #[derive(Parser)]
-#[command(name = "argil", version, about, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "argil", version, about, max_term_width = 100, after_help = crate::failure::EXIT_CODES)]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
     pub command: CliCommand,
@@ -55,7 +52,6 @@ pub(crate) enum CliCommand {
     /// Bake a world as tiles in a folder or an object store, with any number of workers
     #[cfg(feature = "world")]
     World(WorldArgs),
-    /// Bake a world as tiles: this program was built without it
     #[cfg(not(feature = "world"))]
     #[command(hide = true)]
     World(Companion),
@@ -159,8 +155,7 @@ pub(crate) struct VolumeArgs {
     /// Bricks, levels: maximum memory in MiB; a request that needs more is refused [default: what is free; levels 160]
     #[arg(long, value_name = "MIB", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     pub memory_budget: Option<u32>,
-    /// Levels: the size of a voxel that a ray accepts, in pixels, from 0.125 to 1024; a mesh counts pixels of an image
-    /// of 720 rows from the scene's camera [default: 1]
+    /// Levels: the size of a voxel that a ray accepts, from 0.125 to 1024 pixels; for a mesh, of an image of 720 rows [default: 1]
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = pixels)]
     pub pixel_error: Option<f32>,
     /// Octree: levels of nodes [default: as many as it needs]

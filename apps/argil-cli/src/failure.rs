@@ -8,6 +8,10 @@ use argil::{BuildError, EngineError, MeshError, MeshFileError, RenderError, Volu
 use std::error::Error;
 use std::process::ExitCode;
 
+/// What `argil --help` says of exit codes.
+pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input or the request is at fault, also if it exceeds its own --memory-budget; \
+    2 usage; 3 the machine lacks a GPU, memory or a program that is needed; 130 interrupted";
+
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let remedies: Vec<&str> = error.chain().filter_map(remedy).collect();
     match remedies.first() {

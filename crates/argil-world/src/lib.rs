@@ -25,6 +25,8 @@ mod tile_cache_options;
 #[cfg(feature = "store")]
 mod tile_folder;
 #[cfg(feature = "store")]
+mod transfer;
+#[cfg(feature = "store")]
 mod work;
 
 pub use delta::{MOST_DELTAS, apply_delta, delta_name, is_delta};

@@ -166,7 +166,7 @@ impl BlockTable {
     /// Inserts a block and returns its slot. The box of blocks grows to contain it.
     ///
     /// # Panics
-    /// If the block is a million blocks away from the grid's corner, or the table would have more than 2²⁶ blocks or 2³⁰ entries.
+    /// If the block is a million blocks away from the grid's corner. If there would be more than 2²⁶ blocks or 2³⁰ entries.
     pub fn insert(&mut self, block: IVec3) -> u32 {
         self.grow_to(block, block.saturating_add(IVec3::ONE));
         let at = block - self.low;
