@@ -174,7 +174,7 @@ def test_arrays_come_back_in_place(order: str, tmp_path: Path) -> None:
 
 def test_a_number_stands_for_all_axes() -> None:
     at = points(200)
-    same = lambda a, b: np.abs(a.distance(at) - b.distance(at)).max() < 1e-6  # noqa: E731
+    same = lambda a, b: np.abs(a.distance(at) - b.distance(at)).max() < 1e-6
     assert same(capped_cylinder(0, 10 * Z, 1), capped_cylinder((0, 0, 0), (0, 0, 10), 1))
     assert same(capsule(-0.5, 0.5, 0.2), capsule((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5), 0.2))
     assert same(sphere(1).translate(1), sphere(1).translate((1, 1, 1)))

@@ -240,9 +240,7 @@ class Scene:
         progress: Any = None,
     ) -> NDArray[np.uint8]:
         """Renders the scene: see `SDF3.render`."""
-        options = _output.picture_options(
-            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
-        )
+        options = _output.picture_options(camera, eye, target, field_of_view, show, ground, sun, samples, bounds)
         return _output.render(self.solid(), size, options, progress)
 
     def show(self) -> Any:
@@ -384,9 +382,7 @@ class Bricks:
         progress: Any = None,
     ) -> NDArray[np.uint8]:
         """Renders the stored surface: see `SDF3.render`. `show` may also be "bricks"."""
-        options = _output.picture_options(
-            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
-        )
+        options = _output.picture_options(camera, eye, target, field_of_view, show, ground, sun, samples, bounds)
         return self._native.render(*_output._size(size), options, _output.progress_of(progress))
 
     def save(self, path: str | os.PathLike[str]) -> None:

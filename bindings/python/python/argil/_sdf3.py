@@ -209,9 +209,7 @@ class SDF3(Solid):
         """
         return _output.voxels(self, resolution, bounds, progress)
 
-    def voxel_grid(
-        self, resolution: int = 128, *, bounds: Box | None = None
-    ) -> tuple[float, tuple[float, float, float]]:
+    def voxel_grid(self, resolution: int = 128, *, bounds: Box | None = None) -> tuple[float, tuple[float, float, float]]:
         """Returns the distance between the samples of `voxels`, and the position (x, y, z) of the first one.
 
         They bring an array back to its place:
@@ -279,9 +277,7 @@ class SDF3(Solid):
         "depth" or "heat". `ground` adds a plane below. `sun` is azimuth and elevation in degrees. `samples` are rays per
         pixel, from 1 to 64. `bounds` is the box that is seen.
         """
-        options = _output.picture_options(
-            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
-        )
+        options = _output.picture_options(camera, eye, target, field_of_view, show, ground, sun, samples, bounds)
         return _output.render(self, size, options, progress)
 
     def save_picture(
@@ -301,9 +297,7 @@ class SDF3(Solid):
         progress: Any = None,
     ) -> None:
         """Writes what `render` returns to a PNG file."""
-        options = _output.picture_options(
-            camera, eye, target, field_of_view, show, ground, sun, samples, bounds
-        )
+        options = _output.picture_options(camera, eye, target, field_of_view, show, ground, sun, samples, bounds)
         _output.save_picture(self, path, size, options, progress)
 
     def turntable(
