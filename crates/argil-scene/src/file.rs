@@ -251,14 +251,21 @@ fn replace(
 fn begin_beside(path: &Path) -> std::io::Result<(tempfile::NamedTempFile, TempFile)> {
     let folder = folder_of(path);
     remove_abandoned_files(folder);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMP_PREFIX);
-    // Readable by others as far as the user's mask allows, like any new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let begun = TempFile::begin(|| builder.tempfile_in(folder));
+    let begun = TempFile::begin(|| temp_builder(0o666).tempfile_in(folder));
     // The temporary name would not help a user.
     begun.map_err(|error| not_created(&error, folder))
+}
+
+/// Returns a builder of temporary files or folders. Others can read them as far as the user's mask allows, as what is new in general.
+#[cfg(not(target_arch = "wasm32"))]
+fn temp_builder(mode: u32) -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMP_PREFIX);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
+    builder
 }
 
 /// Returns the reason why nothing can be created in a folder.
@@ -324,9 +331,7 @@ impl TempFolder {
         remove_abandoned_files(folder);
         let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
         #[cfg(not(target_arch = "wasm32"))]
-        let made = tempfile::Builder::new()
-            .prefix(TEMP_PREFIX)
-            .tempdir_in(folder);
+        let made = temp_builder(0o777).tempdir_in(folder);
         #[cfg(not(target_arch = "wasm32"))]
         let path = made.map_err(|error| not_created(&error, folder))?.keep();
         #[cfg(target_arch = "wasm32")]
@@ -349,15 +354,6 @@ impl TempFolder {
     /// # Errors
     /// If that cannot be replaced. The older folder stays then.
     pub fn persist(self, path: &Path) -> std::io::Result<()> {
-        #[cfg(unix)]
-        {
-            // Readable by others as far as the user's mask allowed it for the older one, or for files in general.
-            let mode = std::fs::metadata(path).map_or(0o755, |about| {
-                std::os::unix::fs::PermissionsExt::mode(&about.permissions())
-            });
-            let permissions = std::os::unix::fs::PermissionsExt::from_mode(mode);
-            std::fs::set_permissions(&self.path, permissions)?;
-        }
         if !path.exists() {
             return std::fs::rename(&self.path, path);
         }
