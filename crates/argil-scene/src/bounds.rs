@@ -95,13 +95,6 @@ impl Extent {
         match *modifier {
             Modifier::Round { radius } if radius < 0.0 => self.inset(),
             Modifier::Round { radius } => self.offset(radius),
-            // A wrapped solid's distance is at least that to a cylinder around it.
-            Modifier::Wrap { .. } => Self {
-                aabb: region_after(modifier, self.aabb, &self),
-                lipschitz_inverse: 1.0,
-                max_underestimate: f32::INFINITY,
-                ..self
-            },
             Modifier::Shift { .. } => Self {
                 aabb: region_after(modifier, self.aabb, &self),
                 lipschitz_inverse: self.lipschitz_inverse * stretch(modifier, &self),
@@ -124,7 +117,8 @@ impl Extent {
                     ..moved
                 }
             }
-            Modifier::Twist { .. } | Modifier::Bend { .. } => Self {
+            // Their distances are at least those to a box or a cylinder around the solid.
+            Modifier::Twist { .. } | Modifier::Bend { .. } | Modifier::Wrap { .. } => Self {
                 aabb: region_after(modifier, self.aabb, &self),
                 lipschitz_inverse: 1.0,
                 max_underestimate: f32::INFINITY,

@@ -8,7 +8,7 @@ use crate::mesh_cache;
 use crate::mesh_facts::MeshFacts;
 use crate::mesh_file_error::MeshFileError;
 use argil_math::Control;
-use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, MeshSource, RepairReport, path_within};
+use argil_mesh::{MeshFormat, MeshReadError, MeshSdf, MeshSource, RepairReport};
 use argil_scene::{SampledGrid, Scene, Shape, is_grid, is_image};
 use argil_volume::StoredMesh;
 use std::collections::HashMap;
