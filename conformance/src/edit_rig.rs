@@ -211,7 +211,7 @@ impl EditRig {
                 let pair = (own.cell(cell), fresh.cell(cell));
                 if matches!(pair.0, BrickCell::Brick(_)) != matches!(pair.1, BrickCell::Brick(_)) {
                     let length = layout.cell_length();
-                    let center = layout.voxel_grid.corner + (cell.as_vec3() + 0.5) * length;
+                    let center = layout.voxel_grid().corner + (cell.as_vec3() + 0.5) * length;
                     let d = program.distance(center);
                     let own = format!("{cell} of length {length} at {center}, {d} from the solid");
                     first.get_or_insert(format!("{own}: edited {:?}, fresh {:?}", pair.0, pair.1));

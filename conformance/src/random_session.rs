@@ -40,7 +40,7 @@ pub fn random_session(seed: u64, edits: usize) -> Result<[usize; 2], String> {
         let layout = rig.layout;
         let is_slow = |program: Program| {
             let solid = program.aabb();
-            let voxels = solid.size().max_element() / layout.voxel_grid.voxel_size;
+            let voxels = solid.size().max_element() / layout.voxel_grid().voxel_size;
             solid.is_finite() && voxels > MAX_VOXELS
                 || program.max_iterations() > MAX_ITERATIONS
                 || IncrementalProgram::new(&scene, layout.parts(&program)).is_err()

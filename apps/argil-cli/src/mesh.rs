@@ -11,21 +11,12 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     // Check the request before any work.
-    let format = match &options.output {
-        Some(path) => {
-            let format = MeshFormat::from_path(path);
-            let format = format.with_context(|| {
-                format!(
-                    "{}: unknown mesh format; name it {}",
-                    path.display(),
-                    MeshFormat::extensions("or")
-                )
-            })?;
-            output::check_place(path, &options.scene)?;
-            Some((path, format))
-        }
-        None => None,
-    };
+    let format = options.output.as_ref();
+    let format = format.map(|path| Ok::<_, anyhow::Error>((path, format_of(path)?)));
+    let format = format.transpose()?;
+    if let Some((path, _)) = format {
+        output::check_place(path, &options.scene)?;
+    }
     let how = write_options(options, format.map(|(_, format)| format))?;
     check_representation(options)?;
     let engine = input::engine(&options.on)?;
@@ -93,6 +84,16 @@ pub(crate) fn run(options: &MeshArgs) -> anyhow::Result<()> {
     };
     print_report(options, &world, &meshed, &coarser);
     Ok(())
+}
+
+fn format_of(path: &Path) -> anyhow::Result<MeshFormat> {
+    MeshFormat::from_path(path).with_context(|| {
+        format!(
+            "{}: unknown mesh format; name it {}",
+            path.display(),
+            MeshFormat::extensions("or")
+        )
+    })
 }
 
 /// Checks that the representation can be meshed, with the other flags.
