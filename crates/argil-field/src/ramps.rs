@@ -13,7 +13,7 @@ const _: () = assert!(WRAP_TRUSTED == argil_scene::WRAP_TRUSTED);
 /// + c · z + d, and a radius's is a · r + b.
 pub(crate) const RAMP_WORDS: usize = 5;
 /// Words of a wrap before its curve: start and length along x, radius, radius of the core, the scale of distances to the
-/// scene's unit, the middle and half of the solid's range along y, its largest radius, and the scale of lengths.
+/// scene's unit, the solid's lowest and highest y, its largest radius, and the scale of lengths.
 pub(crate) const WRAP_WORDS: usize = 9;
 /// Words of an extrusion: half of its length, and the scale to the scene's unit.
 pub(crate) const EXTRUDE_WORDS: usize = 2;
@@ -147,9 +147,9 @@ pub(crate) fn wrap_points<R: Real>(
 /// cylinder around the solid, because near the core the solid's own is divided by a large stretch.
 #[inline(always)]
 pub(crate) fn unwrap<R: Real>(d: R, [x, y, z]: [R; 3], words: &[f32; WRAP_WORDS]) -> R {
-    let &[_, _, _, core, scale, middle, half, radius, length_scale] = words;
+    let &[_, _, _, core, scale, low, high, radius, length_scale] = words;
     let r = (x * x + z * z).sqrt();
-    let around = corner2(r - radius, (y - middle).abs() - half) * length_scale;
+    let around = corner2(r - radius, (-y + low).max(y - high)) * length_scale;
     let gap = (-r + core) * scale;
     let solid = if r.value() >= core {
         d.max(gap)

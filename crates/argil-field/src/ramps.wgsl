@@ -43,7 +43,8 @@ fn wrap(p: vec3<f32>, w: u32) -> vec3<f32> {
 fn unwrap(d: f32, p: vec3<f32>, w: u32) -> f32 {
     let core = params[w + 3u];
     let r = sqrt(p.x * p.x + p.z * p.z);
-    let around = corner2(r - params[w + 7u], abs(p.y - params[w + 5u]) - params[w + 6u]) * params[w + 8u];
+    let beyond = max(params[w + 5u] - p.y, p.y - params[w + 6u]);
+    let around = corner2(r - params[w + 7u], beyond) * params[w + 8u];
     let gap = (core - r) * params[w + 4u];
     let near = select(gap, max(gap, d - gap), r >= WRAP_TRUSTED * core);
     return max(select(near, max(d, gap), r >= core), around);

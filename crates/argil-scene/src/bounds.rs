@@ -324,7 +324,7 @@ impl<'a> Extents<'a> {
                     all.aabb = if both.is_empty() { operand.aabb } else { both };
                     all.radius = radius_of(all.aabb);
                     // The corner of two overlapping boxes can be √2 times as far as either box.
-                    all.lipschitz_inverse *= std::f32::consts::SQRT_2;
+                    all.lipschitz_inverse = all.lipschitz_inverse.hypot(operand.lipschitz_inverse);
                     all.max_underestimate = f32::INFINITY;
                 }
                 OperatorKind::Subtract => all.max_underestimate = f32::INFINITY,

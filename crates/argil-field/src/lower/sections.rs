@@ -51,7 +51,6 @@ impl Lowering<'_> {
                 let length_scale = frame.scale as f32;
                 frame.scale /= f64::from(modifier.stretch(content));
                 let (low, high) = (content.aabb.min.y.max(-FAR), content.aabb.max.y.min(FAR));
-                let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
                 let outer = (radius + content.aabb.max.z).clamp(0.0, FAR);
                 let own = [
                     from,
@@ -59,8 +58,8 @@ impl Lowering<'_> {
                     radius,
                     core,
                     frame.scale as f32,
-                    middle,
-                    half,
+                    low,
+                    high,
                     outer,
                     length_scale,
                 ];
