@@ -165,7 +165,6 @@ const BACKGROUND_IMAGE: u32 = 2u;
 const FAR: f32 = 1e30;
 const WORLD_LIMIT: f32 = 10000000.0;
 const WRAP_TRUSTED: f32 = 0.75;
-const NEWTON_STEPS: u32 = 4u;
 const TAPER_STEPS: u32 = 4u;
 const STRAIGHT_CURVE: f32 = 0.0001;
 const TUBE_WORDS: u32 = 17u;

@@ -9,8 +9,6 @@ numbers! { NUMBERS:
     WORLD_LIMIT: f32 = 1e7;
     /// The share of the core's radius, around the axis of a wrapped solid, down to which its distances are used.
     WRAP_TRUSTED: f32 = 0.75;
-    /// Newton steps of a search for the nearest point of a curve, after an estimate.
-    NEWTON_STEPS: u32 = 4;
     /// Bounds after which the nearest sphere of a tube with a changing radius is known.
     TAPER_STEPS: u32 = 4;
     /// A curve whose quadratic part has less than this part of its linear part's squared length is nearly straight.

@@ -160,24 +160,20 @@ pub(crate) fn sd_spline_tube<R: Real>(
     best
 }
 
-/// Iterations of the search for minima, with its own.
-const SEARCH_LOOPS: u64 = 1 + argil_abi::NEWTON_STEPS as u64;
-/// Iterations for a tube of one segment.
-const TUBE_LOOPS: u64 = 1 + TAPER_STEPS as u64 * SEARCH_LOOPS;
-
-/// Returns the iterations of a GPU's loops for a tube.
+/// Returns the iterations of a GPU's loops for a tube. A software GPU also takes a round of its loops for each
+/// instruction of another kind.
 pub(crate) fn bezier_tube_loops(_: &[f32]) -> u64 {
-    TUBE_LOOPS
+    16
 }
 
 /// Returns the iterations for a tube of several segments.
 pub(crate) fn spline_tube_loops(words: &[f32]) -> u64 {
-    2 + (1 + TUBE_LOOPS) * words.first().map_or(0, |&count| count as u64)
+    2 + 17 * words.first().map_or(0, |&count| count as u64)
 }
 
 /// Returns the iterations for a path.
 pub(crate) fn outline_loops(words: &[f32]) -> u64 {
-    2 + (1 + SEARCH_LOOPS) * words.first().map_or(0, |&count| count as u64)
+    2 + 12 * words.first().map_or(0, |&count| count as u64)
 }
 
 /// Returns the iterations for samples, which need no search.

@@ -9,8 +9,8 @@
 
 use crate::scalar::Real;
 
-/// Newton steps after an estimate.
-const NEWTON_STEPS: usize = argil_abi::NEWTON_STEPS as usize;
+/// Newton steps after an estimate. The twin has them one after another, because loops are costly on software GPUs.
+const NEWTON_STEPS: usize = 4;
 
 /// Half of the derivative of a polynomial of degree four, from the constant coefficient on.
 pub(crate) type Cubic = [f32; 4];

@@ -13,11 +13,12 @@ fn minima(c: vec4<f32>, is_straight: bool) -> vec2<f32> {
     let one = select(min(root, abs(q) / max(-3.0 * s2, 1e-30)), root + s2 / root, s2 > 0.0);
     let beyond = vec2(-s, s) * (1.0 + sqrt(max(2.0 + vec2(k, -k), vec2(0.0)) * (1.0 / 3.5)));
     let curved = inflection + select(vec2(-signed_as(one, q)), beyond, has_two);
-    var t = select(curved, vec2(0.0, 1.0), is_straight);
-    for (var i = 0u; i < NEWTON_STEPS; i++) {
-        let value = ((c.w * t + c.z) * t + c.y) * t + c.x;
-        let slope = (3.0 * c.w * t + 2.0 * c.z) * t + c.y;
-        t = select(t, t - value / slope, slope > vec2(0.0));
-    }
-    return t;
+    let t = select(curved, vec2(0.0, 1.0), is_straight);
+    return newton_step(c, newton_step(c, newton_step(c, newton_step(c, t))));
+}
+
+fn newton_step(c: vec4<f32>, t: vec2<f32>) -> vec2<f32> {
+    let value = ((c.w * t + c.z) * t + c.y) * t + c.x;
+    let slope = (3.0 * c.w * t + 2.0 * c.z) * t + c.y;
+    return select(t, t - value / slope, slope > vec2(0.0));
 }

@@ -158,9 +158,12 @@ impl GpuProgram {
         self.iterations = iterations.max(1);
         self.budget = u32::MAX;
         if self.gpu.info().kind == DeviceKind::Software {
-            // Every instruction executes the case with noise, whose loop over octaves takes a round.
-            let noise = self.interpreter.opcodes().contains(argil_abi::OP_DISPLACE);
-            self.iterations *= if noise { 2 } else { 1 };
+            // Every instruction executes the cases with noise and with searches, whose loops take a round each.
+            let opcodes = self.interpreter.opcodes();
+            let noise = opcodes.contains(argil_abi::OP_DISPLACE);
+            let mut searches = argil_abi::OP_FIRST_ITERATIVE..argil_abi::OP_SHAPES_END;
+            let searches = searches.any(|op| opcodes.contains(op));
+            self.iterations *= 1 + u64::from(noise) + u64::from(searches);
             let budget = SOFTWARE_ITERATIONS / (self.iterations + 1);
             self.budget = (budget as u32).max(1);
         }
