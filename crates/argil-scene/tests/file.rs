@@ -186,9 +186,9 @@ fn errors_name_line_column_path_and_reason() {
         ),
         (
             brush(&format!(
-                "{{{sphere}, \"modifiers\": [{{\"type\": \"translate\", \"by\": [1, 2, 3]}}, {{\"type\": \"twist\", \"degreees\": 1}}]}}"
+                "{{{sphere}, \"modifiers\": [{{\"type\": \"translate\", \"by\": [1, 2, 3]}}, {{\"type\": \"twist\", \"degree\": 1}}]}}"
             )),
-            "brushes[1].modifiers[1].degreees: unknown field `degreees`",
+            "brushes[1].modifiers[1].degree: unknown field `degree`",
         ),
         (
             "{\"argil\": 1, \"brushs\": []}".into(),
@@ -199,7 +199,7 @@ fn errors_name_line_column_path_and_reason() {
             "s.json:2:11: view.grond: unknown field `grond`",
         ),
         (
-            "{\"argil\": 1, \"materials\": {\"a\": {\"base_colour\": [1, 1, 1]}}, \"brushes\": []}"
+            "{\"argil\": 1, \"materials\": {\"a\": {\"base_colors\": [1, 1, 1]}}, \"brushes\": []}"
                 .into(),
             "did you mean `base_color`?",
         ),
