@@ -11,8 +11,10 @@ numbers! { NUMBERS:
     WRAP_TRUSTED: f32 = 0.75;
     /// Bounds after which the nearest sphere of a tube with a changing radius is known.
     TAPER_STEPS: u32 = 4;
+    /// The part of a length that such a bound must gain. If it gains less, the nearest sphere is known.
+    SMALL_GAIN: f32 = 1e-6;
     /// A curve whose quadratic part has less than this part of its linear part's squared length is nearly straight.
-    STRAIGHT_CURVE: f32 = 1e-4;
+    STRAIGHT_CURVE: f32 = 1e-3;
     /// Words of a spline tube's segment: its box and its curve.
     TUBE_WORDS: u32 = 17;
     /// Reciprocal of the tangent of the penumbra's half angle.

@@ -14,7 +14,7 @@
 //! segments and the inner one over points, so that the points become SIMD.
 
 use crate::interpreter_state::words;
-use crate::quartic::minima;
+use crate::quartic::{Cubics, minima};
 use crate::scalar::Real;
 use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
@@ -23,6 +23,8 @@ use argil_abi::PIECE_WORDS;
 pub(crate) const SIMD_BLOCK: usize = 16;
 /// Bounds after which the nearest sphere of a tube is known.
 const TAPER_STEPS: u32 = argil_abi::TAPER_STEPS;
+/// The part of a length that a bound must gain, or its point is done.
+const SMALL_GAIN: f32 = argil_abi::SMALL_GAIN;
 
 /// One number for each point of a block.
 pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
@@ -115,16 +117,20 @@ fn piece<R: Real>(
         e1x * e2x + e1y * e2y,
         e2x * e2x + e2y * e2y,
     ];
+    let mut cubics = Cubics {
+        constant: [0.0; SIMD_BLOCK],
+        linear: [0.0; SIMD_BLOCK],
+        quadratic: 3.0 * ef,
+        cubic: ff,
+    };
     for i in 0..SIMD_BLOCK {
         let (x, y) = (ax - xs[i].value(), ay - ys[i].value());
-        let cubic = [
-            x * e1x + y * e1y,
-            2.0 * ee + (x * e2x + y * e2y),
-            3.0 * ef,
-            ff,
-        ];
-        for t in minima(cubic, ff <= 4.0 * STRAIGHT * ee) {
-            let t = t.clamp_to(0.0, 1.0);
+        cubics.constant[i] = x * e1x + y * e1y;
+        cubics.linear[i] = 2.0 * ee + (x * e2x + y * e2y);
+    }
+    for t in &minima(&cubics, ff <= 4.0 * STRAIGHT * ee) {
+        for i in 0..SIMD_BLOCK {
+            let t = t[i].clamp_to(0.0, 1.0);
             best[i] = best[i].min(squared2(xs[i], ys[i], t, w));
         }
     }
@@ -254,38 +260,53 @@ pub(crate) fn sd_bezier_tube<R: Real>(
     let is_straight = cc <= STRAIGHT * bb;
     // The parameter needs no derivatives: at the nearest sphere, changing it changes nothing.
     let mut t = [0.0; SIMD_BLOCK];
-    let mut least = [0.0; SIMD_BLOCK];
-    for i in 0..SIMD_BLOCK {
-        let o = offset([xs[i].value(), ys[i].value(), zs[i].value()], w);
-        let (start, end) = (sphere_distance(o, 0.0, w), sphere_distance(o, 1.0, w));
-        t[i] = if end < start { 1.0 } else { 0.0 };
-        least[i] = Real::min(start, end);
-    }
+    let mut least = [1e30; SIMD_BLOCK];
+    let mut is_open = [true; SIMD_BLOCK];
+    let mut cubics = Cubics {
+        constant: [0.0; SIMD_BLOCK],
+        linear: [0.0; SIMD_BLOCK],
+        quadratic: 3.0 * bc,
+        cubic: 2.0 * cc,
+    };
     let steps = if w[10] == 0.0 { 1 } else { TAPER_STEPS };
     for step in 0..steps {
         // The first step ignores that the radius changes.
         let taper = if step == 0 { 0.0 } else { w[10] };
         let reciprocal = 1.0 / taper;
+        let mut low = [0.0; SIMD_BLOCK];
+        let mut high = [1.0; SIMD_BLOCK];
         for i in 0..SIMD_BLOCK {
             let o = offset([xs[i].value(), ys[i].value(), zs[i].value()], w);
-            let along = |k: usize| o[0] * w[k] + o[1] * w[k + 1] + o[2] * w[k + 2];
+            let along_linear = o[0] * w[3] + o[1] * w[4] + o[2] * w[5];
+            let along_quadratic = o[0] * w[6] + o[1] * w[7] + o[2] * w[8];
             let reach = least[i] + w[9];
-            let cubic = [
-                along(3) - taper * reach,
-                bb + 2.0 * along(6) - taper * taper,
-                3.0 * bc,
-                2.0 * cc,
-            ];
+            cubics.constant[i] = along_linear - taper * reach;
+            cubics.linear[i] = bb + 2.0 * along_quadratic - taper * taper;
             // Spheres smaller than a negative bound's length cannot be nearer.
             let edge = Real::clamp_to(-reach * reciprocal, 0.0, 1.0);
-            let low = if taper > 0.0 { edge } else { 0.0 };
-            let high = if taper < 0.0 { edge } else { 1.0 };
-            for found in minima(cubic, is_straight) {
-                let found = found.clamp_to(low, high);
+            low[i] = if taper > 0.0 { edge } else { 0.0 };
+            high[i] = if taper < 0.0 { edge } else { 1.0 };
+        }
+        let before = least;
+        for found in &minima(&cubics, is_straight) {
+            for i in 0..SIMD_BLOCK {
+                let found = found[i].clamp_to(low[i], high[i]);
+                let o = offset([xs[i].value(), ys[i].value(), zs[i].value()], w);
                 let d = sphere_distance(o, found, w);
-                t[i] = if d < least[i] { found } else { t[i] };
-                least[i] = Real::min(least[i], d);
+                let nearer = d < least[i] && is_open[i];
+                t[i] = if nearer { found } else { t[i] };
+                least[i] = if nearer { d } else { least[i] };
             }
+        }
+        // What is left to gain after a step with the taper is no more than its own gain.
+        let mut open = 0u32;
+        for i in 0..SIMD_BLOCK {
+            let gain = before[i] - least[i];
+            is_open[i] &= step == 0 || gain > SMALL_GAIN * Real::abs(before[i] + w[9]);
+            open |= u32::from(is_open[i]);
+        }
+        if open == 0 {
+            break;
         }
     }
     let mut best = [R::constant(0.0); SIMD_BLOCK];

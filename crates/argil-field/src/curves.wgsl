@@ -103,7 +103,7 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
     let cc = dot3(c, c);
     let radius_change = params[w + 10u];
     let is_straight = cc <= STRAIGHT_CURVE * bb;
-    var least = min(sphere_distance(o, 0.0, w), sphere_distance(o, 1.0, w));
+    var least = 1e30;
     let steps = select(TAPER_STEPS, 1u, radius_change == 0.0);
     for (var step = 0u; step < steps; step++) {
         let taper = select(radius_change, 0.0, step == 0u);
@@ -119,7 +119,12 @@ fn sd_bezier_tube(p: vec3<f32>, w: u32) -> f32 {
         let low = select(0.0, edge, taper > 0.0);
         let high = select(1.0, edge, taper < 0.0);
         let t = clamp(minima(cubic, is_straight), vec2(low), vec2(high));
+        let before = least;
         least = min(least, min(sphere_distance(o, t.x, w), sphere_distance(o, t.y, w)));
+        // What is left to gain after a step with the taper is no more than its own gain.
+        if step > 0u && before - least <= SMALL_GAIN * abs(reach) {
+            break;
+        }
     }
     return least;
 }

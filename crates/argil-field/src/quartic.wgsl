@@ -14,7 +14,7 @@ fn minima(c: vec4<f32>, is_straight: bool) -> vec2<f32> {
     let beyond = vec2(-s, s) * (1.0 + sqrt(max(2.0 + vec2(k, -k), vec2(0.0)) * (1.0 / 3.5)));
     let curved = inflection + select(vec2(-signed_as(one, q)), beyond, has_two);
     let t = select(curved, vec2(0.0, 1.0), is_straight);
-    return newton_step(c, newton_step(c, newton_step(c, newton_step(c, t))));
+    return newton_step(c, newton_step(c, newton_step(c, t)));
 }
 
 fn newton_step(c: vec4<f32>, t: vec2<f32>) -> vec2<f32> {
