@@ -55,11 +55,11 @@ pub(crate) fn minima(c: &Cubics, is_straight: bool) -> [SimdBlock<f32>; 2] {
     }
     for _ in 0..NEWTON_STEPS {
         for t in [&mut first, &mut second] {
-            for i in 0..SIMD_BLOCK {
-                let value = ((c3 * t[i] + c2) * t[i] + c.linear[i]) * t[i] + c.constant[i];
-                let slope = (3.0 * c3 * t[i] + 2.0 * c2) * t[i] + c.linear[i];
-                let next = t[i] - value / slope;
-                t[i] = if slope > 0.0 { next } else { t[i] };
+            for (t, (&c0, &c1)) in t.iter_mut().zip(c.constant.iter().zip(&c.linear)) {
+                let value = ((c3 * *t + c2) * *t + c1) * *t + c0;
+                let slope = (3.0 * c3 * *t + 2.0 * c2) * *t + c1;
+                let next = *t - value / slope;
+                *t = if slope > 0.0 { next } else { *t };
             }
         }
     }
