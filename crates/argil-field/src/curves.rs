@@ -15,19 +15,14 @@
 
 use crate::interpreter_state::words;
 use crate::quartic::{Cubics, minima};
-use crate::scalar::Real;
+use crate::scalar::{Real, SIMD_BLOCK, SimdBlock};
 use crate::shapes::{corner2, length2};
 use argil_abi::PIECE_WORDS;
 
-/// Points that are searched together.
-pub(crate) const SIMD_BLOCK: usize = 16;
 /// Bounds after which the nearest sphere of a tube is known.
 const TAPER_STEPS: u32 = argil_abi::TAPER_STEPS;
 /// The part of a length that a bound must gain, or its point is done.
 const SMALL_GAIN: f32 = argil_abi::SMALL_GAIN;
-
-/// One number for each point of a block.
-pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
 
 /// Returns a lower bound of the distance from a point to anything in a box: the distance to the box, minus
 /// rounding.

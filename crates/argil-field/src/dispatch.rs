@@ -2,11 +2,10 @@
 //! shapes.
 
 use crate::combine::{combine_smooth, matters};
-use crate::curves::{SIMD_BLOCK, SimdBlock};
 use crate::eval_brush::{BrushParams, brush, mapped};
 use crate::interpreter_state::{InterpreterState, words};
 use crate::relative_points::OCTAVES_WORD;
-use crate::scalar::{LANES, Real};
+use crate::scalar::{LANES, Real, SIMD_BLOCK, SimdBlock};
 use crate::{Program, curves, sampled, shapes};
 use argil_abi as abi;
 use argil_scene::shape_table;

@@ -2,9 +2,8 @@
 //! loops.
 
 use crate::combine::{Joint, combine_smooth, union_smooth};
-use crate::curves::SIMD_BLOCK;
 use crate::interpreter_state::words;
-use crate::scalar::{LANES, Real};
+use crate::scalar::{LANES, Real, SIMD_BLOCK};
 use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;

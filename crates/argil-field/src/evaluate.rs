@@ -1,9 +1,8 @@
 //! The entry points of the interpreter.
 
-use crate::curves::SIMD_BLOCK;
 use crate::interpreter::{Carried, run};
 use crate::interpreter_state::{InterpreterState, Loan};
-use crate::scalar::{Dual, F32Lanes, Real};
+use crate::scalar::{Dual, F32Lanes, Real, SIMD_BLOCK};
 use crate::{FAR, Program};
 use argil_abi::{GpuMaterial, Instruction};
 use glam::{DVec3, Vec3};

@@ -2,10 +2,9 @@
 
 use crate::FAR;
 use crate::combine::{Joint, combine_smooth, weight_paint, weight_smooth};
-use crate::curves::SIMD_BLOCK;
 use crate::interpreter_state::{InterpreterState, lanes_of};
 use crate::marks::{CELLS_PER_BATCH, Marks, dominated};
-use crate::scalar::{F32Lanes, LANES, Real};
+use crate::scalar::{F32Lanes, LANES, Real, SIMD_BLOCK};
 use argil_abi as abi;
 use argil_math::bits_of;
 

@@ -1,6 +1,6 @@
 //! Pruned programs in a tree, created when a point is first asked about.
 
-use crate::curves::SIMD_BLOCK;
+use crate::scalar::SIMD_BLOCK;
 use crate::{LANES, Program, Pruner, WORLD_LIMIT};
 use argil_abi::Instruction;
 use argil_math::Aabb;

@@ -1,13 +1,13 @@
 //! Finds the instructions that can matter in a cell.
 
 use crate::Program;
-use crate::curves::SIMD_BLOCK;
 use crate::eval_brush::BrushParams;
 use crate::evaluate::run_parallel;
 use crate::interpreter::Carried;
 use crate::interpreter_state::Loan;
 use crate::marks::{CELLS_PER_BATCH, CellMarks, Marks};
 use crate::pruned_writer::{PrunedWriter, RUN};
+use crate::scalar::SIMD_BLOCK;
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
 use glam::{DVec3, Vec3};

@@ -7,8 +7,7 @@
 //! *Practice.* Square roots and the exponent's third give estimates, and Newton's method ends in the original
 //! coefficients. Every device uses the same operations, because cosines and cube roots of libraries differ.
 
-use crate::curves::{SIMD_BLOCK, SimdBlock};
-use crate::scalar::Real;
+use crate::scalar::{Real, SIMD_BLOCK, SimdBlock};
 
 /// Newton steps after an estimate. The twin has them one after another, because loops are costly on software GPUs.
 const NEWTON_STEPS: usize = 3;

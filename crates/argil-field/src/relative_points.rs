@@ -1,14 +1,13 @@
 //! Points that are relative to an origin: see `places.rs`. They are until a map moves them into a solid's frame, or an
 //! instruction needs them in the scene's space.
 
-use crate::curves::SIMD_BLOCK;
 use crate::domain_ops::map_point;
 use crate::eval_brush::mapped;
 use crate::interpreter_state::{InterpreterState, words};
 use crate::noise;
 use crate::places::{placed, wrapped};
 use crate::ramps::ramp_values;
-use crate::scalar::{LANES, Real};
+use crate::scalar::{LANES, Real, SIMD_BLOCK};
 use argil_abi as abi;
 
 /// Amplitude, frequency and octaves of noise, the stretch, the most that noise can add, and the distance, divided by

@@ -1,8 +1,7 @@
 //! Distances that are interpolated between samples, and ground from heights. `argil_scene::SampledGrid` defines the
 //! words. `sampled.wgsl` is the twin.
 
-use crate::curves::{SIMD_BLOCK, SimdBlock};
-use crate::scalar::Real;
+use crate::scalar::{Real, SIMD_BLOCK, SimdBlock};
 use argil_scene::{SAMPLED_HEADER, SAMPLED_SIDE};
 
 const _: () = assert!(

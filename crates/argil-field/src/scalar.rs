@@ -6,6 +6,12 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// make the interpreter's dispatch cheap.
 pub const LANES: usize = 256;
 
+/// Points that are searched together.
+pub(crate) const SIMD_BLOCK: usize = 16;
+
+/// One number for each point of a block.
+pub(crate) type SimdBlock<R> = [R; SIMD_BLOCK];
+
 /// A number, with arrays of [`LANES`] of it for SIMD.
 pub(crate) trait Real:
     Copy
