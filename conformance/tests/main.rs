@@ -9,6 +9,7 @@ mod edits;
 mod field;
 mod import;
 mod light;
+mod manifold;
 mod mesh;
 mod normals;
 mod octree_bricks;

@@ -12,6 +12,8 @@ mod mesh_sdf;
 pub mod project_to_field;
 mod read;
 mod repair;
+#[cfg(all(not(target_arch = "wasm32"), feature = "simplify"))]
+mod separate_sheets;
 mod simplify;
 mod thicken;
 mod write;

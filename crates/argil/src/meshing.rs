@@ -41,8 +41,8 @@ pub struct MeshOptions {
     pub iso: f32,
     /// The source of normals.
     pub normals: MeshNormals,
-    /// Maximum number of triangles. `None` keeps all, which guarantees a closed and manifold mesh. Simplified meshes
-    /// stay closed, but two sheets can come to share an edge: check [`MeshReport::is_watertight`].
+    /// Maximum number of triangles. `None` keeps all. Simplified meshes stay closed and manifold. They can have more
+    /// triangles if fewer would open the surface.
     pub max_triangles: Option<usize>,
     /// Whether vertices get materials.
     pub materials: bool,

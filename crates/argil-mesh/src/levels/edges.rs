@@ -50,6 +50,12 @@ impl ActiveEdge {
         1 << self.level
     }
 
+    /// Returns a voxel around it that is not larger than it.
+    pub(super) fn voxel(&self) -> Voxel {
+        let smallest = self.around.iter().min_by_key(|voxel| voxel.level());
+        *smallest.unwrap_or(&self.around[0])
+    }
+
     /// Returns where the sign changes, in voxels of level 0.
     pub(super) fn crossing(&self) -> DVec3 {
         let mut at = self.begin.as_dvec3();

@@ -7,6 +7,19 @@ use rayon::prelude::*;
 /// For each edge and each voxel around it, the sheet of the surface: a union-find structure.
 pub(super) struct Sheets {
     parents: Vec<u32>,
+    seams: Vec<Seam>,
+}
+
+/// An inside interval of a face's border, where the sheets of two voxels meet: both of its ends, each with a voxel's
+/// place around the edge and the other voxel's.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Seam {
+    /// The edges at both ends.
+    pub edges: [u32; 2],
+    /// The places of both voxels around each of the edges.
+    pub places: [[u8; 2]; 2],
+    /// The place of its face among all faces with several intervals.
+    face: u32,
 }
 
 /// An edge on the face between two voxels.
@@ -25,6 +38,7 @@ impl Sheets {
     pub(super) fn new(levels: &Levels, edges: &[ActiveEdge]) -> Self {
         let mut own = Self {
             parents: (0..4 * edges.len() as u32).collect(),
+            seams: Vec::new(),
         };
         // A larger voxel can be at two sides of an edge.
         for (nth, edge) in edges.iter().enumerate() {
@@ -41,14 +55,33 @@ impl Sheets {
             .flat_map(|(nth, edge)| on_faces(nth, edge))
             .collect();
         all.par_sort_unstable_by_key(|one| (one.voxels, one.edge));
-        for face in all.chunk_by(|a, b| a.voxels == b.voxels) {
-            own.join_face(levels, edges, face);
+        for (nth, face) in (0..).zip(all.chunk_by(|a, b| a.voxels == b.voxels)) {
+            own.join_face(levels, edges, face, nth);
         }
         own
     }
 
+    /// Returns the intervals whose two sheets meet in another interval, too. Two voxels share one face, so both
+    /// intervals are on it.
+    pub(super) fn double_seams(&mut self) -> Vec<Seam> {
+        let seams = std::mem::take(&mut self.seams);
+        let mut sheets = |seam: &Seam| {
+            let of = |k| 4 * seam.edges[0] as usize + usize::from(seam.places[0][k]);
+            [self.root(of(0)), self.root(of(1))]
+        };
+        let mut all = Vec::new();
+        for face in seams.chunk_by(|a, b| a.face == b.face) {
+            let pairs: Vec<[usize; 2]> = face.iter().map(&mut sheets).collect();
+            let is_double =
+                |pair: &[usize; 2]| pairs.iter().filter(|&other| other == pair).count() > 1;
+            let double = face.iter().zip(&pairs).filter(|(_, pair)| is_double(pair));
+            all.extend(double.map(|(&seam, _)| seam));
+        }
+        all
+    }
+
     /// Joins the sign changes at the two ends of each inside interval of a face's border.
-    fn join_face(&mut self, levels: &Levels, edges: &[ActiveEdge], face: &[OnFace]) {
+    fn join_face(&mut self, levels: &Levels, edges: &[ActiveEdge], face: &[OnFace], nth: u32) {
         let normal = usize::from(face[0].normal);
         let (p, q) = ((normal + 1) % 3, (normal + 2) % 3);
         let of = |one: &OnFace| &edges[one.edge as usize];
@@ -79,12 +112,19 @@ impl Sheets {
             })
             .collect();
         around.sort_unstable_by_key(|&(place, ..)| place);
-        for (nth, &(_, enters, one)) in around.iter().enumerate() {
-            let (_, _, next) = around[(nth + 1) % around.len()];
+        for (i, &(_, enters, one)) in around.iter().enumerate() {
+            let (_, _, next) = around[(i + 1) % around.len()];
             if enters {
                 for k in 0..2 {
                     let node = |own: &OnFace| 4 * own.edge as usize + usize::from(own.places[k]);
                     self.join(node(&one), node(&next));
+                }
+                if face.len() > 3 {
+                    self.seams.push(Seam {
+                        edges: [one.edge, next.edge],
+                        places: [one.places, next.places],
+                        face: nth,
+                    });
                 }
             }
         }
