@@ -42,6 +42,8 @@ pub(crate) struct RenderWorker {
     /// Why the copy differs from the document, if it does.
     fault: Option<String>,
     kept: Vec<KeptWorld>,
+    /// The least duration of baking bricks of levels around a still image, in milliseconds.
+    refine_ms: f64,
     /// Whether a world is being built.
     is_building: Arc<AtomicBool>,
     /// The still that is being refined.
@@ -61,6 +63,7 @@ impl RenderWorker {
             version: 0,
             fault: None,
             kept: Vec::new(),
+            refine_ms: REFINE_MS,
             is_building: Arc::default(),
             #[cfg(not(target_arch = "wasm32"))]
             still: None,
@@ -180,8 +183,9 @@ impl RenderWorker {
         let world = &mut kept.world;
         let mut settings = settings(world, request);
         // As long as a slow image takes, so that there are few of them before the final one.
-        let refine_ms = REFINE_MS.max(kept.frame_ms);
-        if request.is_still && !refine(world, request, &settings, refine_ms).await? {
+        let refine_ms = self.refine_ms.max(kept.frame_ms);
+        let is_refined = !request.is_still || refine(world, request, &settings, refine_ms).await?;
+        if !is_refined {
             settings.samples = 1;
         }
         let drawn = world.render_with_distances_async(&request.camera, &settings);
@@ -193,7 +197,12 @@ impl RenderWorker {
         let filled = world.fill_pages(fill_ms)?;
         // What the store lacks does not come.
         let missing = missing.saturating_sub(filled.missing);
-        let missing = if missing > few { missing } else { 0 };
+        // A brick of a coarse level covers much of the image.
+        let missing = match is_refined {
+            true if missing <= few => 0,
+            true => missing,
+            false => missing.max(1),
+        };
         let info = world.volume_info_async().await?;
         let bricks = info.and_then(|info| {
             let tree = info.octree.map(|tree| tree.bricks);
@@ -366,6 +375,32 @@ mod tests {
         assert!(fault.contains("is not in the scene"), "{fault}");
         pollster::block_on(painter.load(first(), 0, None));
         picture(&mut painter, Pipeline::field());
+    }
+
+    /// However little time an image has, the last one is as sharp as if it had all.
+    #[test]
+    fn an_image_is_final_when_nothing_is_missing() {
+        let mut painter = RenderWorker::new(Engine::cpu());
+        painter.refine_ms = 0.1;
+        pollster::block_on(painter.load(first(), 0, None));
+        let own = request(Pipeline::default());
+        let last = (0..10_000).find_map(|_| {
+            let answer = pollster::block_on(painter.draw(own.clone()));
+            let image = answer.pictures.expect("a picture").remove(0);
+            (image.missing == 0).then_some(image.rgb)
+        });
+        let scene = first();
+        let whole = Engine::cpu().build(&scene).expect("a world");
+        let mut whole = whole
+            .with_representation(Pipeline::default().via(own.resolution))
+            .expect("levels");
+        let settings = settings(&whole, &own);
+        whole.refine(&own.camera, &settings).expect("levels");
+        let image = whole.render(&own.camera, &settings).expect("a picture");
+        let last = last.expect("an end");
+        let apart = last.iter().zip(&image.rgb).filter(|(a, b)| a != b).count();
+        // The last few bricks of other samples are missing.
+        assert!(100 * apart < last.len(), "{apart} of {}", last.len());
     }
 
     #[test]

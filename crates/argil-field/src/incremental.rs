@@ -32,6 +32,7 @@ use index::PartIndex;
 use piece::{Operand, lower_into};
 use rustc_hash::FxHashSet;
 use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Initial difference between the ranks of neighbors.
 const RANK_STEP: u64 = 1 << 32;
@@ -74,6 +75,14 @@ pub struct IncrementalProgram {
     length: usize,
     iterations: u64,
     opcodes: OpcodeSet,
+    revision: u64,
+}
+
+/// The next [`IncrementalProgram::revision`].
+static NEXT_REVISION: AtomicU64 = AtomicU64::new(1);
+
+fn new_revision() -> u64 {
+    NEXT_REVISION.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Returns the position of a box's center along a space-filling curve.
@@ -110,6 +119,7 @@ impl IncrementalProgram {
             length: 0,
             iterations: 0,
             opcodes: OpcodeSet::default(),
+            revision: new_revision(),
         };
         let mut extents = Extents::of(scene);
         let mut items = Vec::new();
@@ -137,6 +147,12 @@ impl IncrementalProgram {
     /// Returns the grid of parts.
     pub fn parts(&self) -> &PartGrid {
         &self.index.parts
+    }
+
+    /// Returns a number that is never 0. It changes whenever instructions or the places of their parameters may have
+    /// changed, and no other program has it.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Returns the tables that part programs refer to, and what holds for the whole scene. Its own list is empty.
@@ -195,6 +211,9 @@ impl IncrementalProgram {
                 lower_into(scene, &mut extents, node, &place, &mut items)?;
                 there.push((node, group, items));
             }
+        }
+        if !units.is_empty() {
+            self.revision = new_revision();
         }
         let gone = self.groups.remove_unused();
         let old = std::mem::take(&mut self.update).touched;

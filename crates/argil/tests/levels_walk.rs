@@ -89,3 +89,78 @@ fn walks(engine: &Engine) -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!(different + differing(&world), 0);
     Ok(())
 }
+
+/// Edits that change no distance leave levels as they are, and what rays ask for afterwards is right: views, strokes,
+/// names, and replacements by the same.
+#[test]
+fn edits_that_change_no_distance_are_followed() -> Result<(), Box<dyn std::error::Error>> {
+    engines().iter().try_for_each(changes_nothing)
+}
+
+fn changes_nothing(engine: &Engine) -> Result<(), Box<dyn std::error::Error>> {
+    type Change = fn(&mut Scene) -> Result<(), Box<dyn std::error::Error>>;
+    let nothing: [(&str, Change); 6] = [
+        ("view", |scene| {
+            let mut view = scene.view.clone();
+            view.field_of_view_degrees += 1.0;
+            scene.apply(Edit::SetView { view: view.into() })?;
+            Ok(())
+        }),
+        ("stroke", |scene| {
+            scene.begin_stroke();
+            scene.end_stroke();
+            Ok(())
+        }),
+        ("same", |scene| {
+            let node = scene.node(Scene::ROOT).children()[1];
+            let desc = scene.node(node).desc().clone();
+            scene.apply(Edit::Replace {
+                node,
+                desc: desc.into(),
+            })?;
+            Ok(())
+        }),
+        ("away and back", |scene| {
+            let node = scene.node(Scene::ROOT).children()[1];
+            scene.apply(Edit::Remove { node })?;
+            scene.undo();
+            Ok(())
+        }),
+        ("nothing", |_| Ok(())),
+        ("an empty group", |scene| {
+            scene.push(Group::new())?;
+            Ok(())
+        }),
+    ];
+    for (name, change) in nothing {
+        let mut scene = Scene::new();
+        scene.push(Shape::sphere(0.2))?;
+        let tall = Shape::cylinder(0.4, 0.45);
+        let entry = Brush::new(tall).with_modifier(Modifier::Scale { by: 0.79 });
+        scene.push(entry.clone())?;
+        let options = LevelsOptions::from(4096);
+        let mut world = levels_on(engine, &scene, options)?;
+        let settings = world.render_settings([64, 40], RenderMode::Normal);
+        let mut camera = world.camera();
+        // The world is built anew for some edits, and follows others from then on.
+        let node = scene.node(Scene::ROOT).children()[1];
+        let row = Modifier::Repeat {
+            spacing: [1.5, 0.0, 0.0],
+            count: Some([3, 1, 1]),
+        };
+        scene.apply(Edit::Replace {
+            node,
+            desc: entry.with_modifier(row).into(),
+        })?;
+        world.apply(&scene)?;
+        world.refine(&camera, &settings)?;
+        change(&mut scene)?;
+        world.apply(&scene)?;
+        for height in [0.0, 1.0, 2.0] {
+            camera.eye.y += height;
+            world.refine(&camera, &settings)?;
+            assert_eq!(differing(&world), 0, "{name}, {height} higher");
+        }
+    }
+    Ok(())
+}

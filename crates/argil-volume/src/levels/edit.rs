@@ -55,6 +55,12 @@ impl Levels {
         live: &IncrementalProgram,
         edits: &mut LevelsPendingEdits,
     ) -> Result<EditStats, BricksError> {
+        // Parameters can move although no distance changes.
+        if self.revision != live.revision() {
+            self.revision = live.revision();
+            self.lists.forget_all();
+            self.marks.forget_all();
+        }
         if edits.is_done() {
             return Ok(EditStats::default());
         }
@@ -74,8 +80,6 @@ impl Levels {
         }
         // Requests name cells, whose pages may be freed now.
         self.requests.take();
-        self.lists.forget_all();
-        self.marks.forget_all();
         if let Err(error) = self.bake_roots::<T>(&program) {
             self.drop_missing_roots();
             return Err(error);

@@ -64,6 +64,8 @@ pub struct Levels {
     pub(super) children: Vec<u32>,
     pub(super) free: Vec<u32>,
     pub(super) store: BrickStore,
+    /// The program's revision that the following come from, or 0 before the first edit.
+    pub(super) revision: u64,
     /// Programs of pages that have been refined, until the next edit.
     pub(super) lists: KeptBySlot<Arc<[Instruction]>>,
     /// What is known of the programs of their cells, until the next edit.
@@ -139,6 +141,7 @@ impl Levels {
             children: Vec::new(),
             free: Vec::new(),
             store: BrickStore::of(pool),
+            revision: 0,
             lists: KeptBySlot::default(),
             marks: KeptBySlot::default(),
             list_clock: 0,
