@@ -6,7 +6,7 @@ use crate::tree::Tree;
 use crate::work;
 use argil::glam::{UVec3, Vec2, Vec3};
 use argil::math::Aabb;
-use argil::scene::{SAMPLED_SIDE, SampledGrid};
+use argil::scene::{Path2, PathSegment, SAMPLED_SIDE, SampledGrid, nonzero_fill};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -19,22 +19,23 @@ use skrifa::{FontRef, MetadataProvider};
 /// A closed path: its start, and for each segment the control point of a quadratic curve, and the end.
 type Path = ([f32; 2], Vec<(Option<[f32; 2]>, [f32; 2])>);
 
+/// Collects paths as they are drawn, from a pen's position.
 struct Contours {
-    all: Vec<Path>,
+    all: Vec<Path2>,
     pen: f32,
 }
 
 impl Contours {
     fn put(&mut self, control: Option<[f32; 2]>, to: [f32; 2]) {
-        if let Some((_, segments)) = self.all.last_mut() {
-            segments.push((control, to));
+        if let Some(path) = self.all.last_mut() {
+            path.segments.push(PathSegment { control, to });
         }
     }
 }
 
 impl OutlinePen for Contours {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.all.push(([x + self.pen, y], Vec::new()));
+        self.all.push(Path2::new([x + self.pen, y]));
     }
     fn line_to(&mut self, x: f32, y: f32) {
         self.put(None, [x + self.pen, y]);
@@ -44,8 +45,8 @@ impl OutlinePen for Contours {
     }
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
         // Two quadratic curves that meet in the middle of the cubic one.
-        let from = self.all.last().map_or([x, y], |(start, segments)| {
-            segments.last().map_or(*start, |(_, to)| *to)
+        let from = self.all.last().map_or([x, y], |path| {
+            path.segments.last().map_or(path.start, |last| last.to)
         });
         let [a, d] = [Vec2::from(from), Vec2::new(x + self.pen, y)];
         let [b, c] = [Vec2::new(x1 + self.pen, y1), Vec2::new(x2 + self.pen, y2)];
@@ -57,9 +58,10 @@ impl OutlinePen for Contours {
     fn close(&mut self) {}
 }
 
-/// Returns the paths of a text's letters, letter by letter, in the font's units.
+/// Returns the borders of a text's letters, letter by letter, in the font's units: for each path, the number of paths
+/// around it. The inside of a path with an odd number is a hole.
 #[pyfunction]
-pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
+pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<(usize, Path)>>> {
     let face = FontRef::from_index(font, 0)
         .map_err(|error| PyValueError::new_err(format!("the font cannot be read: {error}")))?;
     let (known, outlines) = (face.charmap(), face.outline_glyphs());
@@ -85,9 +87,16 @@ pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<Path>>> {
             .get(glyph)
             .map(|own| own.draw(settings, &mut contours));
         pen += widths.advance_width(glyph).unwrap_or(0.0);
-        letters.push(contours.all);
+        let border = nonzero_fill(&contours.all).into_iter();
+        letters.push(border.map(|path| (path.depth, plain(path.path))).collect());
     }
     Ok(letters)
+}
+
+fn plain(path: Path2) -> Path {
+    let segments = path.segments.iter();
+    let segments = segments.map(|segment| (segment.control, segment.to));
+    (path.start, segments.collect())
 }
 
 /// Returns the squared distance to the nearest `true` of a row or a column, for distances squared across it.

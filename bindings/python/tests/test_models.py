@@ -1,4 +1,4 @@
-"""Scenes, bricks, files, functions, letters, images and pictures."""
+"""Scenes, bricks, files, functions, images and pictures."""
 
 from __future__ import annotations
 
@@ -208,31 +208,6 @@ def test_profiles_are_no_solids() -> None:
     for wrong in (lambda: Scene(circle(1)), lambda: sphere(1).transition_linear(circle(1)), lambda: Scene(5)):  # type: ignore[arg-type]
         with pytest.raises(TypeError):
             wrong()
-
-
-def test_letters_are_as_large_as_they_say() -> None:
-    letters = argil.text(None, "Hello, world!", width=4)
-    (x0, y0), (x1, y1) = letters.bounds
-    assert (x1 - x0, -x0) == pytest.approx((4, 2), abs=0.08)
-    assert argil.measure_text(None, "Hello, world!", width=4) == pytest.approx((x1 - x0, y1 - y0), abs=0.08)
-    # An o has a hole, and is upright and not mirrored: L is heavier below and at the left.
-    ring = argil.text(None, "o", height=1).extrude(0.2)
-    assert ring.distance([(0, 0, 0)])[0] > 0.1
-    angle = argil.text(None, "L", height=1)
-    center = angle.extrude(0.2).center_of_mass()
-    assert center[0] < -0.05 and center[1] < -0.05
-    assert angle.distance(np.array([(-0.9 * 0.5 * argil.measure_text(None, "L")[0], 0.3)]))[0] < 0.05
-
-
-def test_fonts_of_the_system_have_letters() -> None:
-    from argil._outlines import _FOLDERS
-
-    fonts = [path for folder in _FOLDERS for path in Path(folder).expanduser().rglob("*.ttf")]
-    if not fonts:
-        pytest.skip("no font is installed")
-    own = argil.text(str(fonts[0]), "o", height=1)
-    assert (own.bounds[1][1] - own.bounds[0][1]) == pytest.approx(1, abs=0.04)
-    assert own.extrude(0.2).mesh(0.05).is_watertight
 
 
 def test_images_are_profiles() -> None:

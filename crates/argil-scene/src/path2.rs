@@ -105,6 +105,19 @@ impl Path2 {
         self
     }
 
+    /// Returns the path with all coordinates multiplied by a factor.
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        let scaled = |at: [f32; 2]| at.map(|x| factor * x);
+        let segments = self.segments.into_iter().map(|segment| PathSegment {
+            control: segment.control.map(scaled),
+            to: scaled(segment.to),
+        });
+        Self {
+            start: scaled(self.start),
+            segments: segments.collect(),
+        }
+    }
+
     /// Returns the corners of a box around the path's points and control points.
     pub fn bounds(&self) -> (Vec2, Vec2) {
         let points = self

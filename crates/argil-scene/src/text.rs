@@ -1,7 +1,7 @@
 //! Text as paths, from the letters of a font.
 
 use crate::validation::ValidationError;
-use crate::{Path2, PathSegment};
+use crate::{Path2, PathSegment, nonzero_fill};
 use argil_math::Aabb;
 use glam::Vec2;
 use skrifa::instance::{LocationRef, Size};
@@ -84,18 +84,14 @@ fn scale_of(size: f32) -> f32 {
     )
 }
 
-/// Returns the closed paths of a text in the x–y plane, including holes. The first line stands on the x axis, each
-/// line is centered, and an em is `size` high. Characters that the font lacks are skipped.
+/// Returns the closed paths of a text in the x–y plane, including holes, without overlaps. The first line stands on the
+/// x axis, each line is centered, and an em is `size` high. Characters that the font lacks are skipped.
 #[doc(hidden)]
 pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
     let mut all = Vec::new();
     let outlines = FONT.outline_glyphs();
     for (glyph, pen) in glyphs(text) {
-        let mut contours = Contours {
-            all: &mut all,
-            pen,
-            scale: scale_of(size),
-        };
+        let mut contours = Contours { all: &mut all, pen };
         let settings = DrawSettings::unhinted(unscaled(), LocationRef::default())
             .with_path_style(PathStyle::HarfBuzz);
         // A glyph without a path is a space.
@@ -103,7 +99,9 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
             .get(glyph)
             .map(|own| own.draw(settings, &mut contours));
     }
-    all
+    let scale = scale_of(size);
+    let border = nonzero_fill(&all).into_iter();
+    border.map(|nested| nested.path.scaled(scale)).collect()
 }
 
 /// Returns the box of a text, extruded along z: the union of its letters' boxes.
@@ -121,16 +119,15 @@ pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
     held.fold(Aabb::EMPTY, |all, own| all.union(own))
 }
 
-/// Collects paths as they are drawn, from a pen's position.
+/// Collects paths as they are drawn, from a pen's position, in the font's units.
 struct Contours<'a> {
     all: &'a mut Vec<Path2>,
     pen: Vec2,
-    scale: f32,
 }
 
 impl Contours<'_> {
     fn at(&self, x: f32, y: f32) -> [f32; 2] {
-        ((self.pen + Vec2::new(x, y)) * self.scale).to_array()
+        (self.pen + Vec2::new(x, y)).to_array()
     }
 
     fn put(&mut self, control: Option<[f32; 2]>, to: [f32; 2]) {

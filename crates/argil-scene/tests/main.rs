@@ -2,6 +2,7 @@
 
 mod edit;
 mod file;
+mod fill;
 mod journal;
 mod log;
 mod views;

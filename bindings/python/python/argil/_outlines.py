@@ -44,16 +44,6 @@ def _font(path: str) -> bytes:
         return file.read()
 
 
-def _area(path: Any) -> float:
-    """Returns the signed area of a path, positive if it runs counterclockwise."""
-    start, segments = path
-    points = [start]
-    for control, to in segments:
-        points.extend([to] if control is None else [control, to])
-    pairs = zip(points, points[1:] + points[:1], strict=True)
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in pairs)
-
-
 def _outline(path: Any) -> _native.Node:
     start, segments = path
     parts = [{"to": to} if control is None else {"control": control, "to": to} for control, to in segments]
@@ -70,20 +60,12 @@ def _letters(font: str | None, text: str) -> tuple[_native.Node, tuple[float, fl
     letters = _native.text_outlines(_font(_font_path(font)), text)
     box = [float("inf"), float("inf"), float("-inf"), float("-inf")]
     whole: _native.Node | None = None
-    # TrueType fills clockwise paths, and PostScript the others: the largest path of a letter tells.
     for paths in letters:
-        paths = [path for path in paths if abs(_area(path)) > 1e-9]
-        if not paths:
-            continue
-        sign = 1 if _area(max(paths, key=lambda path: abs(_area(path)))) > 0 else -1
-        filled = [path for path in paths if sign * _area(path) > 0]
         letter: _native.Node | None = None
-        for path in filled:
-            own = _outline(path)
-            letter = own if letter is None else letter.joined(own, "union", 0.0, "smooth", 0.0, None)
-        for path in paths:
-            if sign * _area(path) < 0 and letter is not None:
-                letter = letter.joined(_outline(path), "subtract", 0.0, "smooth", 0.0, None)
+        # Each path comes after the paths around it.
+        for depth, path in paths:
+            own, operator = _outline(path), "subtract" if depth % 2 else "union"
+            letter = own if letter is None else letter.joined(own, operator, 0.0, "smooth", 0.0, None)
         if letter is not None:
             whole = letter if whole is None else whole.joined(letter, "union", 0.0, "smooth", 0.0, None)
             (x0, _, y0), (x1, _, y1) = modified(letter, "extrude", half_depth=1.0).bounds() or ([0.0] * 3, [0.0] * 3)
