@@ -27,6 +27,11 @@ impl Joint {
         sr: 1.0,
         amount: 0.0,
     };
+
+    /// Whether it returns the smaller of two distances.
+    pub(crate) fn is_hard_union(&self) -> bool {
+        self.k == 0.0 && [self.sa, self.sb, self.sr] == [1.0; 3]
+    }
 }
 
 /// Returns `sr · smin(sa · a, sb · b)` with the quadratic kernel.

@@ -16,7 +16,7 @@ pub(crate) fn begin_copies<R: Real>(
     materials: bool,
 ) {
     r.points.push(r.point.clone());
-    save_value(r, materials);
+    save_value(r, materials, false);
     r.loops.push(0);
     candidate(r, params, op, at, 0);
 }

@@ -45,9 +45,11 @@ pub(crate) fn run<R: Real, const APART: bool>(
     let materials = APART && carried == Carried::Materials;
     let marks = APART && carried == Carried::Marks;
     let carries = [materials, marks];
-    for i in lanes_of(r.active) {
-        R::set(&mut r.acc, i, R::constant(r.start));
+    if !r.continues {
+        begin(r);
     }
+    // The least distance so far also skips what is farther within a group.
+    let inherits = program.is_hard_union && !materials;
     r.absolute_from = usize::MAX;
     let any_exiled = mask_outside_world::<R>(&mut r.point, &mut r.outside_world, r.active);
     if materials && program.has_textures() {
@@ -76,9 +78,15 @@ pub(crate) fn run<R: Real, const APART: bool>(
         match op {
             abi::OP_PUSH_VALUE => {
                 let is_bounded = instructions[pc - 1].flags & abi::FLAG_BOUNDED != 0;
-                match is_bounded.then(|| skip_group(r, params, instructions, pc - 1, marks)) {
-                    Some(Some(end)) => pc = end + 1,
-                    _ => save_value(r, materials),
+                // A closure would be compiled without wide vectors.
+                let end = if is_bounded {
+                    skip_group(r, params, instructions, pc - 1, marks)
+                } else {
+                    None
+                };
+                match end {
+                    Some(end) => pc = end + 1,
+                    None => save_value(r, materials, inherits),
                 }
             }
             abi::OP_COMBINE => combine(r, params, &instructions[pc - 1], pc - 1, carries),
@@ -116,6 +124,13 @@ pub(crate) fn run<R: Real, const APART: bool>(
             };
             R::set(&mut r.acc, i, d);
         }
+    }
+}
+
+#[inline(always)]
+fn begin<R: Real>(r: &mut InterpreterState<R>) {
+    for i in lanes_of(r.active) {
+        R::set(&mut r.acc, i, R::constant(r.start));
     }
 }
 

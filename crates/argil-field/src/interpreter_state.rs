@@ -23,6 +23,8 @@ pub(crate) struct InterpreterState<R: Real> {
     pub active: usize,
     /// The initial value of distances.
     pub start: f32,
+    /// Whether a run begins with the distances that are accumulated already.
+    pub continues: bool,
     /// The accumulated distances, and the result after a run.
     pub acc: R::Lanes,
     /// The accumulator before a brush, while that is measured by itself.
@@ -83,6 +85,7 @@ impl<R: Real> InterpreterState<R> {
             absolute_from: 0,
             active: LANES,
             start: FAR,
+            continues: false,
             acc: zero(),
             aside: zero(),
             share: zero(),
@@ -156,10 +159,14 @@ pub(crate) fn words<const N: usize>(params: &[f32], at: usize) -> &[f32; N] {
         .unwrap_or(&[0.0; N])
 }
 
-/// Pushes the accumulator onto the stack, and starts again with an empty one.
+/// Pushes the accumulator onto the stack, and starts again with an empty one, or with the same one if a group `inherits` it.
 #[inline(always)]
-pub(crate) fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool) {
-    r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
+pub(crate) fn save_value<R: Real>(r: &mut InterpreterState<R>, materials: bool, inherits: bool) {
+    if inherits {
+        r.values.push(r.acc.clone());
+    } else {
+        r.values.push(std::mem::replace(&mut r.acc, R::splat(FAR)));
+    }
     if materials {
         r.materials.extend_from_slice(&r.material[..r.properties]);
     }

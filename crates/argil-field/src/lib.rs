@@ -12,6 +12,7 @@ mod domain_ops;
 mod eval_brush;
 mod evaluate;
 mod grid;
+mod hard_unions;
 mod incremental;
 mod interpreter;
 mod interpreter_state;

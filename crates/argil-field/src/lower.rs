@@ -35,6 +35,7 @@ impl Program {
             frame: Frame::OF_WORLD,
         });
         lowering.emit_all()?;
+        lowering.program.is_hard_union = lowering.program.joints_are_hard_unions();
         Ok(lowering.program)
     }
 

@@ -40,6 +40,8 @@ pub struct Program {
     /// The pieces, if there are many, and the open groups that contain them.
     pub(crate) operands: Vec<OperandSpan>,
     pub(crate) groups: Vec<GroupSpan>,
+    /// Whether all joints are hard unions, so that a distance is the least of those of the brushes.
+    pub(crate) is_hard_union: bool,
     pub(crate) value_slots: usize,
     pub(crate) point_slots: usize,
     pub(crate) brushes: usize,
@@ -73,6 +75,7 @@ impl Program {
             loose: Vec::new(),
             operands: Vec::new(),
             groups: Vec::new(),
+            is_hard_union: false,
             value_slots: 0,
             point_slots: 0,
             brushes: 0,
@@ -140,6 +143,12 @@ impl Program {
     /// Returns the number of visible brushes.
     pub fn brush_count(&self) -> usize {
         self.brushes
+    }
+
+    /// Returns whether all joints are hard unions. Then the list of a cell may begin with any distance that is not less
+    /// than the cell's own.
+    pub fn is_hard_union(&self) -> bool {
+        self.is_hard_union
     }
 
     /// Returns the bytes of the program's tables.

@@ -15,6 +15,9 @@ use glam::{DVec3, Vec3};
 const _: () =
     assert!(CELLS_PER_BATCH.is_multiple_of(SIMD_BLOCK) && CELLS_PER_BATCH == u64::BITS as usize);
 
+/// A list of hard unions of more instructions is measured before it is classified.
+const LONG: usize = 256;
+
 /// Prunes a program for one thread. Create one per thread and keep it.
 ///
 /// *Theory.* Distances change by at most the Lipschitz constant times the way. In a sphere of radius R around a
@@ -61,7 +64,7 @@ impl<'a> Pruner<'a> {
             program,
             registers: Loan::new(),
             origin: None,
-            writer: PrunedWriter::default(),
+            writer: PrunedWriter::of(program),
             skipped: Vec::new(),
         }
     }
@@ -102,7 +105,14 @@ impl<'a> Pruner<'a> {
         r.origin = self.origin;
         r.marks.clear();
         r.marks.resize(instructions.len(), Marks::default());
+        if self.program.is_hard_union && instructions.len() > LONG {
+            // Without the final distances, what comes early in a list is compared with more than those.
+            let points = r.point.clone();
+            run_parallel(self.program, instructions, r, Carried::Nothing);
+            (r.point, r.continues) = (points, true);
+        }
         run_parallel(self.program, instructions, r, Carried::Marks);
+        r.continues = false;
         out.copy_from_slice(&r.acc.0[..centers.len()]);
         self.skip_runs(instructions);
     }

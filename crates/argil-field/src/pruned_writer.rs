@@ -1,5 +1,6 @@
 //! Writes pruned programs.
 
+use crate::Program;
 use crate::bounded_group::end_of_group;
 use argil_abi::{self as abi, Instruction};
 
@@ -29,9 +30,18 @@ pub(crate) struct PrunedWriter {
     frames: Vec<(usize, bool)>,
     /// Scratch memory of [`PrunedWriter::erase`].
     kept: Vec<Instruction>,
+    /// Whether groups can be empty: all joints are unions, so that nothing misses them.
+    has_unions_only: bool,
 }
 
 impl PrunedWriter {
+    pub(crate) fn of(program: &Program) -> Self {
+        Self {
+            has_unions_only: program.is_hard_union,
+            ..Self::default()
+        }
+    }
+
     /// Appends the pruned program. `drops` tells for an instruction whether what is before it is dropped, and whether
     /// it is itself. `skips` tells whether a run of instructions is.
     #[inline(always)]
@@ -133,6 +143,11 @@ impl PrunedWriter {
         let Some((begin, pushed)) = self.saved.pop() else {
             return;
         };
+        if self.has_unions_only && out.len() == pushed + 1 {
+            out.truncate(pushed);
+            self.segment = begin;
+            return;
+        }
         let is_swapped = instr.flags & abi::FLAG_SWAPPED != 0;
         let (drop_saved, drop_current) = if is_swapped {
             (drop_b, drop_a)

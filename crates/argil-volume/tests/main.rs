@@ -2,5 +2,6 @@
 
 mod far_pages;
 mod file;
+mod instances;
 mod layouts;
 mod tiles;

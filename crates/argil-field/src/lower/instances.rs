@@ -1,18 +1,19 @@
 //! Lowers instances.
 //!
-//! *Practice.* The content is lowered once for each scale, after a map from the instance's frame. The other instances
-//! of that scale copy its instructions, which refer to the same parameters, and have a map of their own. So an
-//! instance costs its instructions of 16 bytes, a map and its place. Neighbors form clusters. A sphere bounds each
-//! instance and each cluster, so that a batch of points, or a [`Pruner`](crate::Pruner), skips what is farther than the
-//! nearest solid.
+//! *Practice.* A brush of few words is lowered once for each pose: one instruction, and its parameters. Other content
+//! is lowered once for each scale, after a map from the instance's frame. The other instances of that scale copy its
+//! instructions, which refer to the same parameters, and have a map of their own. Neighbors form clusters, and clusters
+//! form larger ones. A sphere bounds each of them, so that a batch of points, or a [`Pruner`](crate::Pruner), skips what
+//! is farther than the nearest solid.
 
 use super::error::{LowerError, MAX_INSTRUCTIONS};
-use super::frame::{Frame, joint};
+use super::frame::{Frame, joint, map};
 use super::lowering::{Lowering, LoweringTask};
 use super::params::affine_words;
+use crate::params::pack;
 use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
-use argil_scene::{Extent, NodeId, Operator, Pose};
+use argil_scene::{Extent, NodeId, NodeKind, Operator, Pose, Shape};
 use glam::{DAffine3, Vec3};
 use std::ops::Range;
 
@@ -24,6 +25,37 @@ fn plain(op: u32) -> Instruction {
 }
 
 impl Lowering<'_> {
+    /// Emits a brush at each pose, with its first `count` modifiers. Returns `false` if it is not a brush of few words.
+    pub(super) fn emit_brush_instances(
+        &mut self,
+        node: NodeId,
+        count: usize,
+        poses: &[Pose],
+        (content, frame): (&Extent, Frame),
+    ) -> Result<bool, LowerError> {
+        let entry = self.scene.node(node).at_current_time();
+        let inner = &entry.modifiers[..count];
+        let NodeKind::Shape(shape) = &entry.kind else {
+            return Ok(false);
+        };
+        if inner.iter().any(|modifier| modifier.affine().is_none()) || !has_few_words(shape) {
+            return Ok(false);
+        }
+        let mut sorted = poses.to_vec();
+        sorted.sort_by_cached_key(along_curve);
+        let combine = self.hard_union();
+        let joint = joint(&Operator::default(), 1.0);
+        self.emit_clusters(&sorted, (content, frame), combine, |lowering, pose, _| {
+            let mut frame = frame.at(pose);
+            lowering.check_scale(node, frame)?;
+            for modifier in inner.iter().rev() {
+                map(lowering.scene, node, modifier, &mut frame)?;
+            }
+            lowering.shape(node, frame, joint)
+        })?;
+        Ok(true)
+    }
+
     /// Pushes the tasks for the instances of a node with its first `count` modifiers.
     pub(super) fn push_instances(
         &mut self,
@@ -34,52 +66,76 @@ impl Lowering<'_> {
     ) {
         let mut sorted = poses.to_vec();
         sorted.sort_by(|a, b| a.scale.total_cmp(&b.scale));
-        let same_scale: Vec<&[Pose]> = sorted.chunk_by(|a, b| a.scale == b.scale).collect();
-        for (nth, poses) in same_scale.iter().enumerate().rev() {
-            let inner = Frame {
-                own_from_point: DAffine3::IDENTITY,
-                scale: frame.scale * f64::from(poses[0].scale),
-                ..frame
-            };
-            self.tasks.extend([
-                LoweringTask::EndInstances {
-                    node,
-                    others: poses[1..].to_vec(),
-                    content: *content,
-                    frame,
-                    is_first: nth == 0,
-                },
-                LoweringTask::Stages {
-                    node,
-                    count,
-                    frame: inner,
-                },
-                LoweringTask::BeginInstances {
-                    node,
-                    pose: poses[0],
-                    frame,
-                    is_first: nth == 0,
-                },
-            ]);
+        self.tasks.push(LoweringTask::Instances {
+            node,
+            count,
+            sorted,
+            begin: 0,
+            content: *content,
+            frame,
+        });
+    }
+
+    /// Pushes the tasks for the instances of one scale, which begin at `begin` in a list that is sorted by scale, and a
+    /// task for the rest.
+    pub(super) fn push_instances_of_a_scale(
+        &mut self,
+        (node, count): (NodeId, usize),
+        (sorted, begin): (Vec<Pose>, usize),
+        (content, frame): (Extent, Frame),
+    ) {
+        let rest = &sorted[begin..];
+        let Some(&pose) = rest.first() else { return };
+        let end = begin + rest.partition_point(|own| own.scale <= pose.scale);
+        let others = sorted[begin + 1..end].to_vec();
+        if end < sorted.len() {
+            self.tasks.push(LoweringTask::Instances {
+                node,
+                count,
+                sorted,
+                begin: end,
+                content,
+                frame,
+            });
         }
+        let inner = Frame {
+            own_from_point: DAffine3::IDENTITY,
+            scale: frame.scale * f64::from(pose.scale),
+            ..frame
+        };
+        self.tasks.extend([
+            LoweringTask::EndInstances {
+                node,
+                others,
+                content,
+                frame,
+                is_first: begin == 0,
+            },
+            LoweringTask::Stages {
+                node,
+                count,
+                frame: inner,
+            },
+            LoweringTask::BeginInstances {
+                node,
+                pose,
+                content,
+                frame,
+                is_first: begin == 0,
+            },
+        ]);
     }
 
     pub(super) fn begin_instances(
         &mut self,
         node: NodeId,
         pose: Pose,
-        frame: Frame,
+        (content, frame): (&Extent, Frame),
         is_first: bool,
     ) -> Result<(), LowerError> {
-        let scale = frame.scale * f64::from(pose.scale);
-        if !(1e-6..=1e6).contains(&scale) {
-            return Err(LowerError::Scale {
-                path: self.scene.path(node),
-                scale,
-            });
-        }
+        self.check_scale(node, frame.at(pose))?;
         if !is_first {
-            self.emit(plain(abi::OP_PUSH_VALUE));
+            self.open_group(sphere(pose, content, frame));
         }
         self.emit(plain(abi::OP_PUSH_POINT));
         let map = self.map_of(pose, frame);
@@ -111,11 +167,7 @@ impl Lowering<'_> {
             });
         }
         self.emit(plain(abi::OP_POP_POINT));
-        let [k, quarter, a, b, r] = joint(&Operator::default(), 1.0);
-        let combine = Instruction {
-            flags: abi::COMBINE_SMOOTH,
-            ..self.with(abi::OP_COMBINE, &[k, quarter, a, b, r, 0.0])
-        };
+        let combine = self.hard_union();
         if !is_first {
             self.emit(combine);
         }
@@ -123,25 +175,67 @@ impl Lowering<'_> {
         self.program.brushes += brushes * others.len();
         self.program.instructions.reserve(own * others.len());
         others.sort_by_cached_key(along_curve);
-        for cluster in others.chunks(CLUSTER) {
-            let bounds: Vec<[f32; 5]> = cluster
-                .iter()
-                .filter_map(|&pose| sphere(pose, content, frame))
-                .collect();
-            let around = around(&bounds).filter(|_| bounds.len() == cluster.len());
-            self.open_group(around);
-            for (nth, &pose) in cluster.iter().enumerate() {
-                if nth > 0 {
-                    self.open_group(bounds.get(nth).copied());
-                }
-                self.copy(begin..end, pose, frame);
-                if nth > 0 {
-                    self.emit(combine);
-                }
+        let bounds = (content, frame);
+        self.emit_clusters(&others, bounds, combine, |lowering, pose, is_alone| {
+            if !is_alone {
+                lowering.open_group(sphere(pose, content, frame));
             }
-            self.emit(combine);
+            lowering.copy(begin..end, pose, frame);
+            if !is_alone {
+                lowering.emit(combine);
+            }
+            Ok(())
+        })
+    }
+
+    /// Emits instances in clusters, which are united with what is before them. `emit` is told whether an instance is the
+    /// first of its cluster, which begins with nothing.
+    fn emit_clusters(
+        &mut self,
+        sorted: &[Pose],
+        (content, frame): (&Extent, Frame),
+        combine: Instruction,
+        mut emit: impl FnMut(&mut Self, Pose, bool) -> Result<(), LowerError>,
+    ) -> Result<(), LowerError> {
+        let bound = |poses: &[Pose]| {
+            let bounds = poses.iter().map(|&pose| sphere(pose, content, frame));
+            around(&bounds.collect::<Option<Vec<_>>>()?)
+        };
+        let is_nested = sorted.len() > LARGE_CLUSTER;
+        for large in sorted.chunks(LARGE_CLUSTER) {
+            if is_nested {
+                self.open_group(bound(large));
+            }
+            for cluster in large.chunks(CLUSTER) {
+                self.open_group(bound(cluster));
+                for (nth, &pose) in cluster.iter().enumerate() {
+                    emit(self, pose, nth == 0)?;
+                }
+                self.emit(combine);
+            }
+            if is_nested {
+                self.emit(combine);
+            }
         }
         Ok(())
+    }
+
+    /// Returns the instruction that unites a saved value with the current one.
+    fn hard_union(&mut self) -> Instruction {
+        let [k, quarter, a, b, r] = joint(&Operator::default(), 1.0);
+        Instruction {
+            flags: abi::COMBINE_SMOOTH,
+            ..self.with(abi::OP_COMBINE, &[k, quarter, a, b, r, 0.0])
+        }
+    }
+
+    fn check_scale(&self, node: NodeId, frame: Frame) -> Result<(), LowerError> {
+        let scale = frame.scale;
+        if (1e-6..=1e6).contains(&scale) {
+            return Ok(());
+        }
+        let path = self.scene.path(node);
+        Err(LowerError::Scale { path, scale })
     }
 
     /// Begins a union with what is before it. A [`Pruner`](crate::Pruner) and the interpreter skip it by its bound.
@@ -173,13 +267,36 @@ impl Lowering<'_> {
     }
 
     fn map_of(&mut self, pose: Pose, frame: Frame) -> Instruction {
-        let map = pose.own_from_outer() * frame.own_from_point;
+        let map = frame.at(pose).own_from_point;
         self.with_map(abi::OP_AFFINE, &map, &affine_words(&map))
     }
 }
 
-/// Instances in a cluster, which is skipped as a whole where it is far.
+impl Frame {
+    /// Returns the frame of an instance.
+    fn at(self, pose: Pose) -> Self {
+        Self {
+            own_from_point: pose.own_from_outer() * self.own_from_point,
+            scale: self.scale * f64::from(pose.scale),
+            ..self
+        }
+    }
+}
+
+/// Instances in a cluster, and in a cluster of clusters. Each is skipped as a whole where it is far.
 const CLUSTER: usize = 16;
+pub(super) const LARGE_CLUSTER: usize = CLUSTER * CLUSTER;
+/// Maximum words of a shape that instances repeat. A map and a bound for each instance take more.
+const FEW_WORDS: usize = 16;
+
+/// Whether a shape is so small that instances repeat its words.
+fn has_few_words(shape: &Shape) -> bool {
+    let mut words = Vec::new();
+    shape.file().is_none() && {
+        pack(shape, &mut words);
+        words.len() <= FEW_WORDS
+    }
+}
 
 /// Returns a position along the Morton curve, in steps of 1/64 of a unit, within 16,384 units of the origin.
 fn along_curve(pose: &Pose) -> u64 {

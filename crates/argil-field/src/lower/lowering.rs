@@ -37,10 +37,20 @@ pub(super) enum LoweringTask {
         count: usize,
         frame: Frame,
     },
+    /// The instances from the one at `begin` on, which are sorted by scale, of a node with its first `count` modifiers.
+    Instances {
+        node: NodeId,
+        count: usize,
+        sorted: Vec<Pose>,
+        begin: usize,
+        content: Extent,
+        frame: Frame,
+    },
     /// The first of some instances begins. Instances of other scales may come before it.
     BeginInstances {
         node: NodeId,
         pose: Pose,
+        content: Extent,
         frame: Frame,
         is_first: bool,
     },
@@ -137,12 +147,23 @@ impl<'a> Lowering<'a> {
                 } => self.list(group, count, frame),
                 LoweringTask::Solid { node, frame } => self.solid(node, frame)?,
                 LoweringTask::Stages { node, count, frame } => self.stages(node, count, frame)?,
+                LoweringTask::Instances {
+                    node,
+                    count,
+                    sorted,
+                    begin,
+                    content,
+                    frame,
+                } => {
+                    self.push_instances_of_a_scale((node, count), (sorted, begin), (content, frame))
+                }
                 LoweringTask::BeginInstances {
                     node,
                     pose,
+                    content,
                     frame,
                     is_first,
-                } => self.begin_instances(node, pose, frame, is_first)?,
+                } => self.begin_instances(node, pose, (&content, frame), is_first)?,
                 LoweringTask::EndInstances {
                     node,
                     others,

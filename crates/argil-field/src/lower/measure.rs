@@ -1,6 +1,7 @@
 //! Measures a scene before lowering: stack slots, and the regularity of distances.
 
 use super::frame::extent_in_world;
+use super::instances::LARGE_CLUSTER;
 use super::lowering::{FEW_OPERANDS, Lowering, OpenScope};
 use super::params::{is_loop, is_single};
 use crate::jump_regions::loose_of;
@@ -105,8 +106,8 @@ impl<'a> Lowering<'a> {
                     .modifiers
                     .iter()
                     .map(|m| match m {
-                        // A cluster, and an instance in it.
-                        Modifier::Instances { .. } => 2,
+                        // Clusters in each other, and an instance in them.
+                        Modifier::Instances { poses } => 2 + u32::from(poses.len() > LARGE_CLUSTER),
                         _ => u32::from(is_loop(m)),
                     })
                     .sum::<u32>();

@@ -129,7 +129,10 @@ impl Lowering<'_> {
         for (nth, (modifier, content)) in modifiers.enumerate().rev() {
             if let Modifier::Instances { poses } = modifier {
                 self.tasks.extend(closing);
-                self.push_instances(node, nth, poses, (content, frame));
+                let bounds = (content, frame);
+                if !self.emit_brush_instances(node, nth, poses, bounds)? {
+                    self.push_instances(node, nth, poses, bounds);
+                }
                 return Ok(());
             }
             if modifier.affine().is_some() {

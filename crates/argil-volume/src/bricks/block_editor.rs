@@ -3,7 +3,7 @@
 use super::block_program::BlockProgram;
 use super::bounds::CellBounds;
 use super::brick_baker::{BrickBaker, only_material};
-use super::candidates::{CandidateBlock, near_block};
+use super::candidates::{CandidateBlock, Wanted, near_block};
 use super::cell::{center_of, empty_word, is_brick};
 use super::edit_queue::EditQueue;
 use super::octants::{self, OCTANTS};
@@ -224,7 +224,7 @@ impl BlockEditor<'_> {
         let BlockWorker { pruner, filler } = worker;
         // The cells that edits can have changed, one bit each.
         let mut changed = self.mattered(first, lists, pruner);
-        let wanted = |pruner: &Pruner<'_>| {
+        let mut select = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
                 let needed = pruner.affected_cells(instructions, |instr| touched.contains(instr));
                 changed |= scattered(needed, some);
@@ -234,6 +234,7 @@ impl BlockEditor<'_> {
         };
         let words = &mut made.words;
         let listed = (&instructions[..], some);
+        let wanted = Wanted::Programs(&mut select);
         let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
         // The other cells are unchanged.
         changed &= some;

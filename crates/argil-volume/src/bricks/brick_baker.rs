@@ -193,7 +193,9 @@ impl<'a> BrickBaker<'a> {
             }
         };
         if instructions.len() <= LONG {
-            some.for_each(|octant| nearer(self.octant(instructions, cell, octant, out)));
+            some.for_each(|octant| {
+                nearer(self.octant((FAR, instructions), cell, octant, out));
+            });
             return least;
         }
         let mut pruner = self.pruner.take().unwrap_or_else(|| {
@@ -206,20 +208,32 @@ impl<'a> BrickBaker<'a> {
             std::array::from_fn(|octant| self.layout.middle_of_octant(cell, octant));
         // Samples also lie on the sides of octants.
         let radius = 0.500_1 * self.layout.half_diagonal(1);
-        own.classify_cells(instructions, &centers, radius, &mut [0.0; OCTANTS]);
+        let mut d = [0.0; OCTANTS];
+        own.classify_cells(instructions, &centers, radius, &mut d);
         for octant in some {
             list.clear();
             own.prune_into(instructions, octant, list);
-            nearer(self.octant(list, cell, octant, out));
+            let start = self.start_of(d[octant], centers[octant], radius);
+            nearer(self.octant((start, list), cell, octant, out));
         }
         self.pruner = Some(pruner);
         least
     }
 
+    /// Returns a distance that a long list of hard unions can begin with: no distance within `radius` of a center is more.
+    fn start_of(&self, d: f32, center: Vec3, radius: f32) -> f32 {
+        let farthest = center.abs().max_element() + d.abs();
+        if self.program.is_hard_union() && self.origin.is_none() && radius > 1e-4 * farthest {
+            d + 1.01 * self.program.lipschitz() * radius
+        } else {
+            FAR
+        }
+    }
+
     /// Samples an octant of a cell's brick again. Returns the distance nearest to the surface.
     fn octant<T: Texel>(
         &mut self,
-        instructions: &[Instruction],
+        from: (f32, &[Instruction]),
         cell: IVec3,
         octant: usize,
         out: &mut [T],
@@ -230,14 +244,7 @@ impl<'a> BrickBaker<'a> {
         let count = (half + 1).pow(3) as usize;
         let d = &mut self.d[..count];
         let evaluator = &mut self.evaluator;
-        sample(
-            self.layout,
-            evaluator,
-            (FAR, instructions),
-            first,
-            &self.places.octant,
-            d,
-        );
+        sample(self.layout, evaluator, from, first, &self.places.octant, d);
         // No brick has more.
         let mut texels = [T::default(); 729];
         encode(d, self.fill, &mut texels[..count]);

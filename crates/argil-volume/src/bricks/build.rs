@@ -2,11 +2,12 @@
 //!
 //! *Practice.* The plan lists the blocks with their programs (`plan.rs`). One run of the interpreter measures the
 //! 64 cells of a block. In cells that the surface can pass through, the samples are evaluated brick by brick,
-//! straight into the pool.
+//! straight into the pool. Cells of a block with a long program are pruned one at a time, so that their programs are
+//! never in memory together.
 
 use super::bounds::{CellBounds, SLOT_BYTES};
 use super::brick_baker::BrickBaker;
-use super::candidates::{CandidateBlock, candidates, empty_cells_of};
+use super::candidates::{CandidateBlock, StoredPrograms, candidates, empty_cells_of};
 use super::cell_programs::CellPrograms;
 use super::inner_cell;
 use super::layout::{BrickLayout, BricksError};
@@ -18,8 +19,8 @@ use super::store::PLACES;
 use super::table::{BlockTable, FAR_SLOTS};
 use super::tables::Bricks;
 use crate::{SampleFormat, Texel, Texels};
-use argil_abi::BRICK_MIXED;
-use argil_field::Program;
+use argil_abi::{BRICK_MIXED, Instruction};
+use argil_field::{Program, Pruner};
 use argil_math::Control;
 use rayon::prelude::*;
 use web_time::Instant;
@@ -39,7 +40,7 @@ pub(super) fn bake(
     program: &Program,
     layout: BrickLayout,
     budget: Option<u64>,
-    control: &Control,
+    (stored, control): (StoredPrograms, &Control),
 ) -> Result<(Bricks, CellPrograms, BrickTimings), BricksError> {
     let start = Instant::now();
     let refuse = |bricks: usize, needed: u64| match budget {
@@ -59,9 +60,14 @@ pub(super) fn bake(
     let tables = table.memory_bytes() + (SLOT_BYTES - 12) * slots;
 
     control.begin("blocks", plan.blocks.len() as u64);
-    let (candidates, mut words) = candidates(program, &layout, &bounds, &plan, control);
+    let (candidates, mut words) = candidates(program, &layout, &bounds, (&plan, stored), control);
     check(control)?;
-    drop(plan);
+    let needs_plan = candidates.iter().any(|block| block.long.is_some());
+    let long = if needs_plan {
+        plan.instructions
+    } else {
+        Vec::new()
+    };
     let count: usize = candidates.iter().map(|c| c.cells.len()).sum();
     let needed = tables + count as u64 * (layout.brick_bytes() + 8);
     refuse(count, needed)?;
@@ -74,7 +80,7 @@ pub(super) fn bake(
             program,
             &layout,
             &bounds,
-            (&candidates, &table, control),
+            (&candidates, &long, &table, control),
             count,
             &mut words,
         ),
@@ -82,7 +88,7 @@ pub(super) fn bake(
             program,
             &layout,
             &bounds,
-            (&candidates, &table, control),
+            (&candidates, &long, &table, control),
             count,
             &mut words,
         ),
@@ -133,7 +139,7 @@ fn fill<T: Texel>(
     program: &Program,
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
-    (candidates, table, control): (&[CandidateBlock], &BlockTable, &Control),
+    (candidates, long, table, control): (&[CandidateBlock], &[Instruction], &BlockTable, &Control),
     count: usize,
     words: &mut [u32],
 ) -> (Filled, Instant) {
@@ -160,42 +166,35 @@ fn fill<T: Texel>(
         let (_, rest) = words_left.split_at_mut((found.slot - done) * 64);
         let (own_words, rest) = rest.split_at_mut(64);
         (words_left, done) = (rest, found.slot + 1);
-        let owners = (own_owners, own_materials);
-        jobs.push((found, brick, own_pool, owners, own_words));
+        jobs.push(FillJob {
+            found,
+            first: brick,
+            pool: own_pool,
+            owners: own_owners,
+            materials: own_materials,
+            words: own_words,
+        });
         brick += n as u32;
     }
     let places = SampleOffsets::new(layout);
+    let worker = || FillWorker {
+        layout,
+        bounds,
+        table,
+        long,
+        baker: BrickBaker::new(program, layout, &fill, &places),
+        pruner: Pruner::new(program),
+        list: Vec::new(),
+    };
     let mixed: Vec<Vec<[u32; 2]>> = jobs
         .into_par_iter()
-        .map_init(
-            || BrickBaker::new(program, layout, &fill, &places),
-            |filler, (found, first, pool, (owners, materials), words)| {
-                let mut mixed = Vec::new();
-                control.advance(found.cells.len() as u64);
-                if control.is_cancelled() {
-                    return mixed;
-                }
-                let corner = table.cell(found.slot);
-                let bounds = bounds.of_block(layout, corner);
-                let bricks = pool.chunks_exact_mut(samples).zip(owners).zip(materials);
-                for ((k, (inner, range)), ((out, owner), material)) in
-                    (0..).zip(&found.cells).zip(bricks)
-                {
-                    let cell = corner + inner_cell(usize::from(*inner));
-                    let own = &found.instructions[range.clone()];
-                    let least = filler.brick(own, cell, out);
-                    // At most half of a voxel's diagonal from a sample.
-                    let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
-                    *owner = u32::MAX;
-                    if !bounds.is_clear(least, reach) {
-                        *owner = (found.slot * 64) as u32 + u32::from(*inner);
-                        words[usize::from(*inner)] = first + k;
-                        *material = filler.material(own, cell, &mut mixed);
-                    }
-                }
-                mixed
-            },
-        )
+        .map_init(worker, |worker, job| {
+            control.advance(job.found.cells.len() as u64);
+            match control.is_cancelled() {
+                true => Vec::new(),
+                false => worker.fill(job),
+            }
+        })
         .collect();
 
     // Each block has numbered its mixed bricks from 0.
@@ -218,6 +217,69 @@ fn fill<T: Texel>(
         mixed: mixed.concat(),
     };
     (filled, at)
+}
+
+/// A block's candidates, and its own parts of what is filled.
+struct FillJob<'a, T> {
+    found: &'a CandidateBlock,
+    /// The number of its first brick.
+    first: u32,
+    pool: &'a mut [T],
+    owners: &'a mut [u32],
+    materials: &'a mut [u32],
+    words: &'a mut [u32],
+}
+
+/// Samples the bricks of blocks, for one thread.
+struct FillWorker<'a> {
+    layout: &'a BrickLayout,
+    bounds: &'a CellBounds<'a>,
+    table: &'a BlockTable,
+    /// The plan's programs, if some blocks have long ones.
+    long: &'a [Instruction],
+    baker: BrickBaker<'a>,
+    pruner: Pruner<'a>,
+    /// A cell's program, if the block's is long.
+    list: Vec<Instruction>,
+}
+
+impl FillWorker<'_> {
+    /// Samples a block's bricks. Returns its mixed materials.
+    fn fill<T: Texel>(&mut self, job: FillJob<'_, T>) -> Vec<[u32; 2]> {
+        let FillJob {
+            found, words, pool, ..
+        } = job;
+        let layout = self.layout;
+        let mut mixed = Vec::new();
+        let corner = self.table.cell(found.slot);
+        let bounds = self.bounds.of_block(layout, corner);
+        let long = found.long.clone().map(|range| &self.long[range]);
+        if let Some(long) = long {
+            CandidateBlock::classify_again(layout, corner, long, &mut self.pruner);
+        }
+        let bricks = pool.chunks_exact_mut(layout.brick_samples() as usize);
+        let bricks = bricks.zip(job.owners).zip(job.materials);
+        for ((k, (inner, range)), ((out, owner), material)) in (0..).zip(&found.cells).zip(bricks) {
+            let cell = corner + inner_cell(usize::from(*inner));
+            let mut own = &found.instructions[range.clone()];
+            if let Some(long) = long {
+                self.list.clear();
+                self.pruner
+                    .prune_into(long, usize::from(*inner), &mut self.list);
+                own = &self.list;
+            }
+            let least = self.baker.brick(own, cell, out);
+            // At most half of a voxel's diagonal from a sample.
+            let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;
+            *owner = u32::MAX;
+            if !bounds.is_clear(least, reach) {
+                *owner = (found.slot * 64) as u32 + u32::from(*inner);
+                words[usize::from(*inner)] = job.first + k;
+                *material = self.baker.material(own, cell, &mut mixed);
+            }
+        }
+        mixed
+    }
 }
 
 /// Filled bricks.
@@ -282,7 +344,7 @@ impl Bricks {
         budget: Option<u64>,
         control: &Control,
     ) -> Result<(Self, BrickTimings), BricksError> {
-        let baked = bake(program, layout, budget, control);
+        let baked = bake(program, layout, budget, (StoredPrograms::Short, control));
         baked.map(|(bricks, _, stages)| (bricks, stages))
     }
 
@@ -295,7 +357,12 @@ impl Bricks {
         layout: BrickLayout,
         budget: Option<u64>,
     ) -> Result<(Self, CellPrograms, BrickTimings), BricksError> {
-        bake(program, layout, budget, &Control::default())
+        bake(
+            program,
+            layout,
+            budget,
+            (StoredPrograms::All, &Control::default()),
+        )
     }
 
     /// Bakes as [`Bricks::bake_with_programs`] does, reports progress, and can be canceled.
@@ -308,6 +375,6 @@ impl Bricks {
         budget: Option<u64>,
         control: &Control,
     ) -> Result<(Self, CellPrograms, BrickTimings), BricksError> {
-        bake(program, layout, budget, control)
+        bake(program, layout, budget, (StoredPrograms::All, control))
     }
 }

@@ -4,7 +4,7 @@ use super::bounds::CellBounds;
 use super::cell::{BrickCell, block_empty_word, empty_word};
 use super::inner_cell;
 use super::layout::BrickLayout;
-use super::plan::BlockPlan;
+use super::plan::{BlockPlan, LONG};
 use super::table::far_words;
 use argil_abi::Instruction;
 use argil_field::{CELLS_PER_BATCH, Program, Pruner};
@@ -19,6 +19,16 @@ pub(crate) struct CandidateBlock {
     pub slot: usize,
     pub cells: Vec<(u8, Range<usize>)>,
     pub instructions: Vec<Instruction>,
+    /// The block's program in the plan, if it is so long that its cells have none: their ranges are empty.
+    pub long: Option<Range<usize>>,
+}
+
+/// Which programs of cells are stored.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum StoredPrograms {
+    All,
+    /// Those of blocks whose program is not long. A long one has as long programs of cells, which take gigabytes.
+    Short,
 }
 
 /// Returns the cells that the surface can pass through, with their programs, and the words of all slots.
@@ -26,7 +36,7 @@ pub(super) fn candidates(
     program: &Program,
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
-    plan: &BlockPlan,
+    (plan, stored): (&BlockPlan, StoredPrograms),
     control: &Control,
 ) -> (Vec<CandidateBlock>, Vec<u32>) {
     let mut words = far_words(layout.far_length());
@@ -47,6 +57,12 @@ pub(super) fn candidates(
                 let first = *block * super::BLOCK_SIDE as i32;
                 let bounds = bounds.of_block(layout, first);
                 let instructions = &plan.instructions[range.clone()];
+                let is_long = stored == StoredPrograms::Short && instructions.len() > LONG;
+                let mut all = |_: &Pruner<'_>| u64::MAX;
+                let wanted = match is_long {
+                    true => Wanted::Cells,
+                    false => Wanted::Programs(&mut all),
+                };
                 let mut found = near_block(
                     layout,
                     &bounds,
@@ -54,9 +70,10 @@ pub(super) fn candidates(
                     (instructions, u64::MAX),
                     pruner,
                     words,
-                    |_| u64::MAX,
+                    wanted,
                 );
                 found.slot = first_slot + at;
+                found.long = is_long.then(|| range.clone());
                 found
             },
         )
@@ -79,8 +96,15 @@ pub(super) fn empty_cells_of(words: &mut [u32]) -> u64 {
     mask
 }
 
-/// Measures some of a block's cells. Returns the words of empty cells, and the others with their pruned programs,
-/// for the cells that `wanted` selects after the pruner classified them.
+/// What is returned of the cells that the surface can pass through.
+pub(super) enum Wanted<'a> {
+    /// All of them, without programs.
+    Cells,
+    /// Those that a function selects after the pruner classified them, with their pruned programs.
+    Programs(&'a mut dyn FnMut(&Pruner<'_>) -> u64),
+}
+
+/// Measures some of a block's cells. Returns the words of empty cells, and the wanted ones of the others.
 pub(super) fn near_block(
     layout: &BrickLayout,
     bounds: &CellBounds<'_>,
@@ -88,7 +112,7 @@ pub(super) fn near_block(
     (instructions, some): (&[Instruction], u64),
     pruner: &mut Pruner<'_>,
     words: &mut [u32],
-    wanted: impl FnOnce(&Pruner<'_>) -> u64,
+    wanted: Wanted<'_>,
 ) -> CandidateBlock {
     let cell = |i: usize| first + inner_cell(i);
     let mut cells = [0; CELLS_PER_BATCH];
@@ -100,7 +124,10 @@ pub(super) fn near_block(
     let mut d = [0.0; CELLS_PER_BATCH];
     let radius = layout.half_diagonal(1);
     pruner.classify_cells(instructions, &centers[..count], radius, &mut d[..count]);
-    let wanted = wanted(pruner);
+    let (has_programs, wanted) = match wanted {
+        Wanted::Cells => (false, u64::MAX),
+        Wanted::Programs(select) => (true, select(pruner)),
+    };
     let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
     for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
@@ -111,9 +138,12 @@ pub(super) fn near_block(
         }
         if wanted >> nth & 1 != 0 && layout.can_have_brick(cell(i)) {
             let from = found.instructions.len();
-            pruner.prune_into(instructions, nth, &mut found.instructions);
+            let is_doubtful = bounds.is_doubtful(d, radius);
+            if has_programs || is_doubtful {
+                pruner.prune_into(instructions, nth, &mut found.instructions);
+            }
             found.cells.push((i as u8, from..found.instructions.len()));
-            doubtful |= u64::from(bounds.is_doubtful(d, radius)) << i;
+            doubtful |= u64::from(is_doubtful) << i;
         }
     }
     if doubtful != 0 {
@@ -130,7 +160,27 @@ pub(super) fn near_block(
                 || !is_clear_in_parts(layout, bounds, cell(usize::from(*i)), list, &mut pruner)
         });
     }
+    if !has_programs {
+        found.instructions = Vec::new();
+        found.cells.iter_mut().for_each(|(_, range)| *range = 0..0);
+    }
     found
+}
+
+impl CandidateBlock {
+    /// Classifies the cells of a block again that has a long program. [`Pruner::prune_into`] then returns their programs,
+    /// by the cell's number in the block.
+    pub(super) fn classify_again(
+        layout: &BrickLayout,
+        first: IVec3,
+        instructions: &[Instruction],
+        pruner: &mut Pruner<'_>,
+    ) {
+        let centers: [Vec3; CELLS_PER_BATCH] =
+            std::array::from_fn(|i| layout.center(first + inner_cell(i), 1));
+        let radius = layout.half_diagonal(1);
+        pruner.classify_cells(instructions, &centers, radius, &mut [0.0; CELLS_PER_BATCH]);
+    }
 }
 
 /// Parts of a cell along each axis that are measured where something jumps, far from the surface compared with the

@@ -1,5 +1,5 @@
 use super::bounds::CellBounds;
-use super::candidates::{CandidateBlock, candidates};
+use super::candidates::{CandidateBlock, StoredPrograms, candidates};
 use super::layout::BricksError;
 use super::plan::BlockPlan;
 use super::table::BlockTable;
@@ -40,7 +40,13 @@ impl CellPrograms {
         let bounds = CellBounds::new(program, layout);
         let control = Control::default();
         let plan = BlockPlan::of(program, layout, None, &control)?;
-        let (candidates, _) = candidates(program, layout, &bounds, &plan, &control);
+        let (candidates, _) = candidates(
+            program,
+            layout,
+            &bounds,
+            (&plan, StoredPrograms::All),
+            &control,
+        );
         Ok(Self::new(
             *layout,
             BlockTable::of(layout, &plan),

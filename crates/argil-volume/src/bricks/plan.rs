@@ -4,7 +4,7 @@
 //! own program. One run of the interpreter measures the 64 parts of a part. A part that is farther from the surface
 //! than cells store needs no blocks, and is not cut further.
 //!
-//! With many operands, a grid finds what can matter in each block. A block whose cells are all near the surface
+//! A long program that a part does not shorten to half is shared, and not copied. With many operands, a grid finds what can matter in each block. A block whose cells are all near the surface
 //! gets a program for such small distances, which is several times shorter.
 
 use super::bounds::{CellBounds, SLOT_BYTES};
@@ -61,8 +61,13 @@ impl BlockCount {
 struct PlanLevel {
     instructions: Vec<Instruction>,
     parts: Vec<(IVec3, Range<usize>)>,
+    /// Parts with programs of the level that these parts were cut out of.
+    shared: Vec<(IVec3, Range<usize>)>,
     inside: Vec<IVec3>,
 }
+
+/// A program of more instructions is copied for a part only if that shortens it to half.
+pub(super) const LONG: usize = 1 << 15;
 
 /// From this many operands on, blocks start with programs of what is near them.
 const MANY_OPERANDS: usize = 2048;
@@ -73,16 +78,22 @@ const MAX_PARTS: f32 = 1e6;
 const MAX_ENTRIES: u64 = 40;
 
 impl PlanLevel {
-    /// Returns parts of `side` blocks that were cut out of others, as one level.
+    /// Returns parts of `side` blocks that were cut out of others, as one level. `outer` returns the programs that they
+    /// were cut out of.
     fn joined(
         all: Vec<Self>,
         (side, [low, high]): (i32, [IVec3; 2]),
         inside: &mut Vec<[IVec3; 2]>,
+        outer: impl FnOnce() -> Vec<Instruction>,
     ) -> Self {
         let mut joined = Self::default();
+        if all.iter().any(|part| !part.shared.is_empty()) {
+            joined.instructions = outer();
+        }
         let count = all.iter().map(|part| part.instructions.len()).sum();
         joined.instructions.reserve_exact(count);
         for part in all {
+            joined.parts.extend(part.shared);
             let from = joined.instructions.len();
             joined.instructions.extend_from_slice(&part.instructions);
             let moved = |r: Range<usize>| from + r.start..from + r.end;
@@ -164,7 +175,7 @@ impl BlockPlan {
             parts: super::table::places(first, last)
                 .map(|place| (place * side, all.clone()))
                 .collect(),
-            inside: Vec::new(),
+            ..PlanLevel::default()
         };
         let mut inside = Vec::new();
         let mut is_cut = false;
@@ -185,14 +196,16 @@ impl BlockPlan {
                         let instructions = &level.instructions[range.clone()];
                         let blocks = parts_of(*block, (side, [low, high]));
                         let mut own = PlanLevel::default();
-                        own.cut(layout, &bounds, &blocks, side, instructions, pruner);
-                        count.add(own.parts.len());
+                        let list = (instructions, range);
+                        own.cut(layout, &bounds, &blocks, side, list, pruner);
+                        count.add(own.parts.len() + own.shared.len());
                         control.advance(1);
                         own
                     },
                 )
                 .collect();
-            level = PlanLevel::joined(parts, (side, [low, high]), &mut inside);
+            let outer = || std::mem::take(&mut level.instructions);
+            level = PlanLevel::joined(parts, (side, [low, high]), &mut inside, outer);
         }
         level.finished(inside)
     }
@@ -254,10 +267,11 @@ impl BlockPlan {
                         if !blocks.near(block, evaluator, &mut level) {
                             list.clear();
                             blocks.far.append(program, block, list);
+                            let list = (&list[..], &(0..program.instructions().len()));
                             level.cut(layout, bounds, &[block], 1, list, pruner);
                         }
                     }
-                    block_count.add(level.parts.len());
+                    block_count.add(level.parts.len() + level.shared.len());
                     level
                 },
             )
@@ -265,7 +279,8 @@ impl BlockPlan {
         // They take as much memory as the programs.
         drop((index, blocks));
         let mut inside = Vec::new();
-        let level = PlanLevel::joined(parts, (1, [low, high]), &mut inside);
+        let outer = || program.instructions().to_vec();
+        let level = PlanLevel::joined(parts, (1, [low, high]), &mut inside, outer);
         Some(level.finished(inside))
     }
 }
@@ -315,14 +330,14 @@ fn parts_of(block: IVec3, (side, [low, high]): (i32, [IVec3; 2])) -> Vec<IVec3> 
 
 impl PlanLevel {
     /// Adds parts of `side` blocks that share a program, each with its pruned program, and those far inside the
-    /// solid.
+    /// solid. `outer` is the range of a program of the level before that gives the same distances.
     fn cut(
         &mut self,
         layout: &BrickLayout,
         bounds: &CellBounds<'_>,
         blocks: &[IVec3],
         side: i32,
-        instructions: &[Instruction],
+        (instructions, outer): (&[Instruction], &Range<usize>),
         pruner: &mut Pruner<'_>,
     ) {
         let cells = side as u32 * BLOCK_SIDE;
@@ -344,7 +359,19 @@ impl PlanLevel {
             }
             let from = self.instructions.len();
             pruner.prune_into(instructions, i, &mut self.instructions);
-            self.parts.push((block, from..self.instructions.len()));
+            self.add(block, from, outer);
+        }
+    }
+
+    /// Adds a part whose program is at the end, from an instruction on, or shares the program of the level before if its
+    /// own would be hardly shorter.
+    fn add(&mut self, part: IVec3, from: usize, outer: &Range<usize>) {
+        let own = self.instructions.len() - from;
+        if own > LONG && 2 * own > outer.len() {
+            self.instructions.truncate(from);
+            self.shared.push((part, outer.clone()));
+        } else {
+            self.parts.push((part, from..self.instructions.len()));
         }
     }
 }
@@ -410,7 +437,7 @@ impl BlockLists<'_> {
         // What is omitted is farther away, and changes none of these distances.
         let is_near = d.iter().all(|d| d.abs() <= far);
         if is_near {
-            level.parts.push((block, from..level.instructions.len()));
+            level.add(block, from, &(0..self.program.instructions().len()));
         } else {
             level.instructions.truncate(from);
         }
