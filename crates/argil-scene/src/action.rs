@@ -4,7 +4,9 @@
 //! sends actions. Equal scenes that perform the same actions in the same order stay equal, and give nodes the same
 //! ids. [`Scene::action_line`] writes an action for a [journal](crate::Journal) or another machine.
 
-use crate::{Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, NodeTree, Scene};
+use crate::{
+    Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, NodeTree, Scene, ValidationError,
+};
 use std::collections::BTreeMap;
 
 /// The reason why a line of an edit log was refused. The scene stays unchanged.
@@ -14,6 +16,14 @@ pub enum LogError {
     /// The line is not a valid log line.
     #[error("{}", reason(.0))]
     Line(serde_json::Error),
+    /// A field or a value of the line is wrong.
+    #[error("{}", placed(*.column, .fault))]
+    Value {
+        /// Column in characters, from 1.
+        column: u64,
+        /// Path in the line, and what is wrong there.
+        fault: ValidationError,
+    },
     /// The line names a node that does not exist.
     #[error("the scene has no {0}")]
     NoSuchPath(String),
@@ -49,6 +59,14 @@ fn reason(error: &serde_json::Error) -> String {
     match error.column() {
         0 => reason.to_owned(),
         column => format!("column {column}: {reason}"),
+    }
+}
+
+/// Returns what is wrong with a part of a line, after its column, or with the whole.
+fn placed(column: u64, fault: &ValidationError) -> String {
+    match fault.path.is_empty() {
+        true => fault.to_string(),
+        false => format!("column {column}: {fault}"),
     }
 }
 

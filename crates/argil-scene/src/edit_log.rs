@@ -8,7 +8,7 @@
 //! {"edit": "undo"}
 //! ```
 
-use crate::file::Item;
+use crate::file::{Item, explain_line};
 use crate::{
     Action, Edit, EditOutcome, LogError, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree,
     Operator, Scene, View,
@@ -186,7 +186,7 @@ impl Scene {
         };
         let read = serde_json::from_slice(line.as_bytes());
         Ok(
-            match read.or_else(|error| deep_insert(line).ok_or(error))? {
+            match read.or_else(|error| deep_insert(line).ok_or_else(|| fault_of(line, error)))? {
                 LogLine::Insert { into, index, entry } => {
                     let parent = node_of(&into)?;
                     let index = index.unwrap_or(self.node(parent).children.len());
@@ -312,6 +312,15 @@ impl Scene {
             Edit::SetView { view } => LogLine::SetView { view: view.clone() },
         }
     }
+}
+
+/// Returns the error of a line: what serde says of its syntax, or the place of what is wrong, with the nearest right name.
+fn fault_of(line: &str, error: serde_json::Error) -> LogError {
+    if error.is_data() {
+        let (column, fault) = explain_line::<LogLine>(line, &error);
+        return LogError::Value { column, fault };
+    }
+    LogError::Line(error)
 }
 
 /// Groups that nest deeper are read and written as scene files are, without recursion.

@@ -27,6 +27,7 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) use document::Item;
 use error::MAX_QUICK_BYTES;
 pub use error::{FORMAT_VERSION, FileError};
+pub(crate) use explain::explain_line;
 #[cfg(feature = "schema")]
 pub use schema::schema;
 

@@ -108,13 +108,17 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
     for (line, reason) in [
         ("", "EOF"),
         ("{", "column 1"),
-        ("[]", "column"),
+        ("[]", "missing field `edit`"),
         ("{\"edit\": \"explode\"}", "unknown variant `explode`"),
         (
             "{\"edit\": \"undo\", \"twice\": 1}",
             "unknown field `twice`",
         ),
         ("{\"edit\": \"remove\"}", "missing field `node`"),
+        (
+            "{\"edit\": \"remove\", \"node\": 3}",
+            "column 28: node: invalid type",
+        ),
         (
             "{\"edit\": \"remove\", \"node\": \"brushes[7]\"}",
             "no brushes[7]",
@@ -156,6 +160,43 @@ fn lines_that_cannot_be_done_say_why_and_change_nothing() {
             "{line}: {error} does not say {reason}"
         );
         assert_eq!(scene.to_json(), before, "{line}");
+    }
+}
+
+/// A misspelt name is named at its column, with the nearest right one, wherever it is in a line.
+#[test]
+fn misspelt_names_are_named_at_their_place() {
+    let scene = Scene::new();
+    let sphere = |field: &str| format!(r#"{{"shape": {{"type": "sphere", "{field}": 0.1}}}}"#);
+    let insert = |entry: &str| format!(r#"{{"edit": "insert", "entry": {entry}}}"#);
+    let (ball, wrong) = (sphere("radius"), sphere("raduis"));
+    let deep = (0..60).fold(ball.clone(), |inner, _| {
+        format!(r#"{{"brushes": [{inner}]}}"#)
+    });
+    assert!(scene.read_action(&insert(&deep)).is_ok());
+    for (line, misspelt, right) in [
+        (insert(&wrong), "raduis", "radius"),
+        (insert(&format!(r#"{{"brushes": [{ball}, {wrong}]}}"#)), "raduis", "radius"),
+        (insert(&ball.replace("sphere", "spere")), "spere", "sphere"),
+        (insert(&ball.replace("\"shape\"", "\"blnd\": 0.1, \"shape\"")), "blnd", "blend"),
+        (insert(&ball).replace("\"entry\"", "\"indx\": 0, \"entry\""), "indx", "index"),
+        (insert(&ball).replace("insert", "insrt"), "insrt", "insert"),
+        (
+            r#"{"edit": "transform", "node": "brushes[0]", "by": {"type": "rotate", "axis": [0, 1, 0], "degree": 3}}"#.into(),
+            "degree",
+            "degrees",
+        ),
+        (
+            r#"{"edit": "set_material", "name": "stone", "material": {"rougness": 0.5}}"#.into(),
+            "rougness",
+            "roughness",
+        ),
+        (r#"{"edit": "set_view", "view": {"ligts": []}}"#.into(), "ligts", "lights"),
+    ] {
+        let error = scene.read_action(&line).expect_err(&line).to_string();
+        assert!(error.contains(&format!("did you mean `{right}`?")), "{line}: {error}");
+        let column = 1 + line.find(&format!("\"{misspelt}\"")).expect(misspelt);
+        assert!(error.starts_with(&format!("column {column}: ")), "{line}: {error}");
     }
 }
 

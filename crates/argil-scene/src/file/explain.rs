@@ -49,6 +49,16 @@ pub(super) fn explain<T: DeserializeOwned>(
     fault.within(path)
 }
 
+/// Returns the column of what serde's error about a line is about, from 1, and what is wrong there.
+pub(crate) fn explain_line<T: DeserializeOwned>(
+    line: &str,
+    error: &serde_json::Error,
+) -> (u64, ValidationError) {
+    let fault = explain::<T>("", line.as_bytes(), error);
+    let (_, column) = locate(Box::new(line.as_bytes()), &fault);
+    (column, fault)
+}
+
 /// Returns a reason without words of Rust, and with the nearest of the names that are expected.
 fn plain(reason: &str) -> String {
     if let Some((before, _)) = reason.split_once("expected internally tagged enum ") {
@@ -84,9 +94,15 @@ pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
 /// At most this many members of a name are tried.
 const MAX_TRIED: usize = 64;
 
-/// Returns the way to the member that an error calls unknown: the first of its name without which the error is another one.
+/// Returns the way to the member or the name that an error calls unknown: the first one without which the error is another.
 fn unknown_member<T: DeserializeOwned>(root: &Value, reason: &str) -> Option<Vec<Step>> {
-    let name = reason.strip_prefix("unknown field `")?.split('`').next()?;
+    let field = reason.strip_prefix("unknown field `");
+    let variant = reason.strip_prefix("unknown variant `");
+    let name = field.or(variant)?.split('`').next()?;
+    let is_named = |step: &Step, value: Option<&Value>| match field {
+        Some(_) => *step == Step::Name(name.to_owned()),
+        None => value.and_then(Value::as_str) == Some(name),
+    };
     let (mut found, mut open) = (Vec::new(), vec![Vec::new()]);
     while let Some(way) = open.pop() {
         let inner = at(root, &way)?;
@@ -99,7 +115,7 @@ fn unknown_member<T: DeserializeOwned>(root: &Value, reason: &str) -> Option<Vec
         };
         for step in steps {
             let way = [&way[..], std::slice::from_ref(&step)].concat();
-            if step == Step::Name(name.to_owned()) {
+            if is_named(&step, at(root, &way)) {
                 found.push(way.clone());
             }
             open.push(way);
@@ -125,6 +141,9 @@ enum Step {
     Index(usize),
 }
 
+/// Members that tell what the others are.
+const KINDS: &[&str] = &["type", "edit"];
+
 /// Lists longer than this are not searched.
 const MAX_SEARCHED: usize = 256;
 
@@ -137,7 +156,8 @@ fn deepest<T: DeserializeOwned>(root: &Value, misses: bool) -> Vec<Step> {
             Some(Value::Object(members)) => {
                 // Whether members keep their order depends on features that others turn on.
                 let mut names: Vec<String> = members.keys().cloned().collect();
-                names.sort_unstable();
+                // Without its kind, everything misses that first.
+                names.sort_unstable_by_key(|name| (KINDS.contains(&&**name), name.clone()));
                 names.into_iter().map(Step::Name).collect()
             }
             Some(Value::Array(elements)) if elements.len() <= MAX_SEARCHED => {
