@@ -2,6 +2,7 @@
 
 use crate::args::{DeviceArgs, VolumeArgs};
 use anyhow::{Context, ensure};
+use argil::field::CoincidingCopies;
 use argil::scene::Scene;
 use argil::volume::{Band, Encoding, VolumeFile};
 use argil::{
@@ -68,6 +69,9 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
         Scene::open(path)?
     };
     load_meshes(&mut scene, path, outside)?;
+    for copies in CoincidingCopies::of(&scene) {
+        eprintln!("warning: {}: {copies}", path.display());
+    }
     Ok(scene)
 }
 

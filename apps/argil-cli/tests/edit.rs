@@ -191,7 +191,14 @@ fn edits_that_cannot_be_done_are_named() {
     fails(&run, 1, "edits.jsonl:12: nothing to redo");
     assert!(!std::path::Path::new(&volume).exists());
     std::fs::write(&edits, "{\"edit\": \"remove\", \"node\": 3}\n").expect("a file");
-    fails(&run, 1, "edits.jsonl:1: invalid type");
+    fails(&run, 1, "edits.jsonl:1: column 28: node: invalid type");
+    let ball = r#"{"edit": "insert", "entry": {"shape": {"type": "sphere", "raduis": 0.1}}}"#;
+    std::fs::write(&edits, format!("\n{ball}\n")).expect("a file");
+    fails(
+        &run,
+        1,
+        "edits.jsonl:2: column 58: entry.shape.raduis: unknown field `raduis`, expected `radius`; did you mean `radius`?",
+    );
     std::fs::write(&edits, [0xff, 0xfe, b'\n']).expect("a file");
     fails(&run, 1, "edits.jsonl:1");
     if cfg!(unix) {
@@ -215,6 +222,27 @@ fn edits_that_cannot_be_done_are_named() {
         1,
         "--check compares sparse bricks",
     );
+}
+
+/// Copies that are all in one place are named with their brush.
+#[test]
+fn copies_in_one_place_are_warned_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = folder.path().join("ring.json").display().to_string();
+    let said = |by: f32| {
+        let text = format!(
+            r#"{{"argil": 1, "brushes": [{{"name": "ring", "shape": {{"type": "sphere", "radius": 0.5}},
+            "modifiers": [{{"type": "translate", "by": [{by}, 0, 0]}}, {{"type": "radial_repeat", "count": 6}}]}}]}}"#
+        );
+        std::fs::write(&place, text).expect("a file");
+        let output = argil(&["info", &place]);
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let warned = said(0.0);
+    let expected = "ring.json: brushes[0].modifiers[1] (\"ring\"): all copies are in one place";
+    assert!(warned.contains(expected), "{warned}");
+    assert_eq!(said(2.0), "");
 }
 
 /// Renaming meshes is not an edit of the solid, and is saved anyway.

@@ -3,6 +3,7 @@
 
 mod bounded_group;
 mod bounds;
+mod coinciding_copies;
 mod combine;
 mod copy_loops;
 mod curves;
@@ -53,6 +54,7 @@ mod textured_brush;
 mod textures;
 
 pub use bounds::ClearanceModel;
+pub use coinciding_copies::CoincidingCopies;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
 pub use incremental::{Additions, ChangeSet, HardBrush, IncrementalProgram, UpdateOutcome};

@@ -72,6 +72,22 @@ impl Program {
         }
     }
 
+    /// Lowers a node with its first `count` modifiers, in its own frame.
+    pub(crate) fn lower_stages(
+        scene: &Scene,
+        node: NodeId,
+        count: usize,
+    ) -> Result<Self, LowerError> {
+        let mut lowering = Lowering::of(scene, node, None);
+        lowering.program.materials = MaterialTable::of(scene)?;
+        let frame = Frame::OF_WORLD;
+        lowering
+            .tasks
+            .push(LoweringTask::Stages { node, count, frame });
+        lowering.emit_all()?;
+        Ok(lowering.program)
+    }
+
     /// Lowers a piece onto the current accumulator, as a program whose list can follow any other. `within` is the
     /// frame of its group, whose unit has length `scale` in the scene.
     pub(crate) fn lower_piece(
