@@ -290,8 +290,9 @@ fn reason_of(kind: std::io::ErrorKind) -> String {
     }
 }
 
-/// Names of temporary files and folders begin so, and end in six letters or digits.
-const TEMP_PREFIX: &str = ".argil-";
+/// Names of temporary files and folders begin so, and end in six letters or digits. No user's file has such a name.
+#[doc(hidden)]
+pub const TEMP_PREFIX: &str = ".argil-unfinished-";
 
 /// Temporary files that are being written.
 static TEMP_FILES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -343,6 +344,27 @@ impl TempFolder {
             .filter(|file| file.try_lock().is_ok());
         all.push(path.clone());
         Ok(Self { path, _lock: lock })
+    }
+
+    /// Creates a folder as [`TempFolder::beside`] does, for an export to a folder. An older folder may be replaced only if it
+    /// is empty, or if its file `mark` tells that Argil generated it.
+    ///
+    /// # Errors
+    /// If there is something else at the path, or the folder cannot be created.
+    pub fn for_export(path: &Path, mark: &str) -> std::io::Result<Self> {
+        let is_generated = || {
+            let text = std::fs::read_to_string(path.join(mark)).unwrap_or_default();
+            text.contains("\"generator\"") && text.contains("\"argil ")
+        };
+        let is_empty = || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
+        // A link without a target exists, too.
+        if std::fs::symlink_metadata(path).is_ok() && !is_generated() && !is_empty() {
+            let reason = format!(
+                "it exists, and there is no {mark} of Argil in it: choose another name, or remove it first"
+            );
+            return Err(std::io::Error::other(reason));
+        }
+        Self::beside(path)
     }
 
     /// Returns the path.

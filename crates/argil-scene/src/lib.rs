@@ -66,7 +66,7 @@ pub use extent::Extent;
 #[cfg(feature = "schema")]
 pub use file::schema;
 pub use file::{
-    FORMAT_VERSION, FileError, TempFolder, remove_abandoned_files, remove_temp_files,
+    FORMAT_VERSION, FileError, TEMP_PREFIX, TempFolder, remove_abandoned_files, remove_temp_files,
     write_atomically,
 };
 pub use history::HistoryLimit;

@@ -366,10 +366,11 @@ fn abandoned_files_are_removed() {
     let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
     let age = |file: &std::fs::File| file.set_modified(long_ago).unwrap();
     for name in [
-        ".argil-dead01",
-        ".argil-live01",
-        ".argil-notes",
-        ".argil-a.b.c1",
+        ".argil-unfinished-dead01",
+        ".argil-unfinished-live01",
+        ".argil-unfinished-notes",
+        ".argil-unfinished-a.b.c1",
+        ".argil-backup",
         "mine",
     ] {
         std::fs::write(at(name), "x").unwrap();
@@ -378,23 +379,24 @@ fn abandoned_files_are_removed() {
             .open(at(name))
             .unwrap());
     }
-    std::fs::write(at(".argil-young1"), "x").unwrap();
-    std::fs::create_dir(at(".argil-dead02")).unwrap();
-    std::fs::write(at(".argil-dead02/part"), "x").unwrap();
-    age(&std::fs::File::open(at(".argil-dead02")).unwrap());
-    let lock = std::fs::File::open(at(".argil-live01")).unwrap();
+    std::fs::write(at(".argil-unfinished-young1"), "x").unwrap();
+    std::fs::create_dir(at(".argil-unfinished-dead02")).unwrap();
+    std::fs::write(at(".argil-unfinished-dead02/part"), "x").unwrap();
+    age(&std::fs::File::open(at(".argil-unfinished-dead02")).unwrap());
+    let lock = std::fs::File::open(at(".argil-unfinished-live01")).unwrap();
     lock.lock().unwrap();
     let living = argil_scene::TempFolder::beside(&at("export")).unwrap();
     age(&std::fs::File::open(living.path()).unwrap());
     Scene::new().save(at("scene.json")).unwrap();
-    for name in [".argil-dead01", ".argil-dead02"] {
+    for name in [".argil-unfinished-dead01", ".argil-unfinished-dead02"] {
         assert!(!at(name).exists(), "{name}");
     }
     for name in [
-        ".argil-live01",
-        ".argil-young1",
-        ".argil-notes",
-        ".argil-a.b.c1",
+        ".argil-unfinished-live01",
+        ".argil-unfinished-young1",
+        ".argil-unfinished-notes",
+        ".argil-unfinished-a.b.c1",
+        ".argil-backup",
         "mine",
     ] {
         assert!(at(name).exists(), "{name}");
@@ -402,4 +404,44 @@ fn abandoned_files_are_removed() {
     assert!(living.path().exists());
     living.persist(&at("export")).unwrap();
     assert!(at("export").is_dir());
+}
+
+/// An export replaces an empty folder and its own, and refuses anything else with the remedy.
+#[test]
+fn exports_replace_no_foreign_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("export");
+    let mark = place.join("zarr.json");
+    let export = || {
+        let made = argil_scene::TempFolder::for_export(&place, "zarr.json")?;
+        std::fs::write(
+            made.path().join("zarr.json"),
+            r#"{"generator": "argil 1.0"}"#,
+        )?;
+        made.persist(&place)
+    };
+    for foreign in [None, Some("{}"), Some(r#"{"generator": "other 1.0"}"#)] {
+        std::fs::create_dir(&place).unwrap();
+        std::fs::write(place.join("data"), "precious").unwrap();
+        if let Some(text) = foreign {
+            std::fs::write(&mark, text).unwrap();
+        }
+        let error = export().unwrap_err().to_string();
+        assert!(
+            error.contains("no zarr.json of Argil in it: choose another name"),
+            "{error}"
+        );
+        assert_eq!(std::fs::read(place.join("data")).unwrap(), b"precious");
+        std::fs::remove_dir_all(&place).unwrap();
+    }
+    std::fs::write(&place, "a file").unwrap();
+    assert!(export().is_err());
+    std::fs::remove_file(&place).unwrap();
+    std::fs::create_dir(&place).unwrap();
+    // Into the empty folder, and again in place of the first export.
+    for _ in 0..2 {
+        export().unwrap();
+        assert!(mark.is_file());
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -38,16 +38,7 @@ fn failed(path: &Path, reason: std::io::Error) -> WorldError {
 /// Creates the folder in which an export is made before it gets its name. A folder that is there is replaced only if it has a
 /// file that tells that it is an older export.
 fn begin(path: &Path, mark: &str) -> Result<TempFolder, WorldError> {
-    let is_ours = || {
-        let text = std::fs::read_to_string(path.join(mark)).unwrap_or_default();
-        text.contains("\"generator\"") && text.contains("\"argil ")
-    };
-    let is_empty = || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
-    if path.exists() && !is_ours() && !is_empty() {
-        let text = format!("it exists, and there is no {mark} of Argil in it: choose another name");
-        return Err(failed(path, std::io::Error::other(text)));
-    }
-    TempFolder::beside(path).map_err(|error| failed(path, error))
+    TempFolder::for_export(path, mark).map_err(|error| failed(path, error))
 }
 
 /// Refuses an export without the coarsest tile, below which nothing is found.

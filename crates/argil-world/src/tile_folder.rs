@@ -1,7 +1,7 @@
 //! Tiles on the disk.
 
 use crate::tile_cache::tile_name;
-use argil::scene::remove_abandoned_files;
+use argil::scene::{TEMP_PREFIX, remove_abandoned_files};
 use argil::volume::TileAddress;
 use std::io::{Error, Result, Write};
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ impl TileFolder {
         };
         std::fs::create_dir_all(parent)?;
         let mut file = tempfile::Builder::new()
-            .prefix(".argil-")
+            .prefix(TEMP_PREFIX)
             .tempfile_in(parent)?;
         file.write_all(before)?;
         file.write_all(bytes)?;

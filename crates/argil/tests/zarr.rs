@@ -79,10 +79,12 @@ fn a_pyramid_has_the_fields_distances() {
     world.export_zarr(&path, &fog).expect("a folder");
     let other = folder.path().join("other");
     std::fs::create_dir(&other).expect("a folder");
-    assert!(matches!(
-        world.export_zarr(&other, &fog),
-        Err(ExportError::Write { .. })
-    ));
+    // A folder of another program.
+    std::fs::write(other.join("zarr.json"), "{\"zarr_format\": 3}").expect("a file");
+    let error = world.export_zarr(&other, &fog).expect_err("foreign");
+    assert!(matches!(error, ExportError::Write { .. }), "{error}");
+    let text = std::fs::read_to_string(other.join("zarr.json")).expect("the file");
+    assert_eq!(text, "{\"zarr_format\": 3}");
     let left = std::fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(left, 2, "no parts are left");
 }

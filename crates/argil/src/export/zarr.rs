@@ -18,6 +18,9 @@ use zarrs::group::GroupBuilder;
 /// Values along the side of a shard, which is a file, and of a chunk.
 const SHARD: u32 = 128;
 const CHUNK: u64 = 32;
+/// The file of a Zarr folder that tells which program generated it, and that program.
+const MARK: &str = "zarr.json";
+const GENERATOR: &str = concat!("argil ", env!("CARGO_PKG_VERSION"));
 /// The coarsest array has at most this many values along a side.
 const COARSEST: u32 = 64;
 
@@ -31,7 +34,7 @@ struct Level {
 impl World {
     /// Writes the world's distances to an OME-Zarr folder (version 0.5, Zarr 3), for programs that read parts of large
     /// volumes: arrays `[z, y, x]` of 32-bit floats, each with voxels twice as long as those of the one before. Each is
-    /// sampled from the field. A folder that is there is replaced if it is a Zarr one.
+    /// sampled from the field. A folder that is there is replaced if it is empty, or if Argil wrote it.
     ///
     /// # Errors
     /// If an option is out of range, the folder cannot be written or is something else, or the engine's control canceled
@@ -53,15 +56,12 @@ impl World {
             path: path.into(),
             source,
         };
-        if path.exists() && !path.join("zarr.json").is_file() {
-            let text = "it exists and is no Zarr folder: choose another name";
-            return Err(failed(std::io::Error::other(text)));
-        }
+        // Before any work.
+        let made = TempFolder::for_export(path, MARK).map_err(failed)?;
         super::options::check(None, options)?;
         let mut stages = ExportStages::new();
         let layout = self.export_layout(options, false)?;
         let levels = levels(&layout)?;
-        let made = TempFolder::beside(path).map_err(failed)?;
         self.write_levels(made.path(), &layout, options, &levels, &mut stages)
             .map_err(|error| match error {
                 ExportError::Write { source, .. } => failed(source),
@@ -98,6 +98,7 @@ impl World {
         let store: zarrs::storage::ReadableWritableListableStorage = Arc::new(store);
         let mut attributes = serde_json::Map::new();
         attributes.insert("ome".into(), multiscales(levels));
+        attributes.insert("generator".into(), GENERATOR.into());
         let group = GroupBuilder::new()
             .attributes(attributes)
             .build(store.clone(), "/");
