@@ -4,9 +4,9 @@ use crate::axes::{box_from_python, python_from_scene};
 use crate::node::Node;
 use crate::tree::Tree;
 use crate::work;
-use argil::glam::{UVec3, Vec3};
+use argil::glam::Vec3;
 use argil::math::Control;
-use argil::scene::{DistanceSampler, SAMPLED_SIDE, SampledGrid, Shape};
+use argil::scene::{DistanceSampler, SampledGrid, Shape};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -111,10 +111,6 @@ pub fn sample_function(
         )));
     }
     let spacing = longest / resolution as f32;
-    let cell = spacing * SAMPLED_SIDE as f32;
-    let region = solid.grown(2.0 * spacing);
-    let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
-    let corner = region.center() - 0.5 * cell * cells.as_vec3();
     let failure = Mutex::new(None);
     let grid = work::run(py, progress.as_ref(), |control| {
         let sampler = PythonFunction {
@@ -125,7 +121,7 @@ pub fn sample_function(
             control,
             failure: &failure,
         };
-        SampledGrid::sample(corner, cell, cells, solid, &sampler)
+        SampledGrid::sample_around(solid, spacing, &sampler)
     })?;
     if let Some(error) = failure.into_inner().ok().flatten() {
         return Err(error);

@@ -84,10 +84,10 @@ constants! { FLAGS:
     BRUSH_HEADER_WORDS = 18;
     /// Words of a path's segment: kind, three points, one spare.
     PIECE_WORDS = 8;
-    /// Words of a sampled grid before its table of cells.
+    /// Words of the head of a sampled grid's level.
     SAMPLED_HEADER = 8;
-    /// Intervals along the side of a cell with fine samples.
-    SAMPLED_SIDE = 8;
+    /// Words of a sampled grid after the heads of its levels.
+    SAMPLED_SUMMARY = 16;
     /// What to render: light and materials.
     MODE_SHADED = 0;
     /// Normals as colors.

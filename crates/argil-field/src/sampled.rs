@@ -2,15 +2,16 @@
 //! words. `sampled.wgsl` is the twin.
 
 use crate::scalar::{Real, SIMD_BLOCK, SimdBlock};
-use argil_scene::{SAMPLED_HEADER, SAMPLED_SIDE};
+use argil_scene::{SAMPLED_HEADER, SAMPLED_SUMMARY};
 
 const _: () = assert!(
-    argil_abi::SAMPLED_HEADER as usize == SAMPLED_HEADER && argil_abi::SAMPLED_SIDE == SAMPLED_SIDE,
+    argil_abi::SAMPLED_HEADER as usize == SAMPLED_HEADER
+        && argil_abi::SAMPLED_SUMMARY as usize == SAMPLED_SUMMARY,
     "both interpreters read what the scene holds"
 );
 
-/// Computes the distances of a block of points. Outside the grid's box, the result is the hypotenuse over the way
-/// to the box and the value at its side, which is a lower bound.
+/// Computes the distances of a block of points. Beyond all levels, the result is a lower bound: the larger of the
+/// distance to the solid's box, and the hypotenuse over the way to the levels and the value at their side.
 #[inline(always)]
 pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let mut out = [R::constant(0.0); SIMD_BLOCK];
@@ -22,49 +23,81 @@ pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) 
 
 #[inline(always)]
 fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
-    let (nx, ny, nz) = (w[4] as usize, w[5] as usize, w[6] as usize);
-    let mut gap = R::constant(0.0);
-    let mut at = [R::constant(0.0); 3];
-    let mut place = [0usize; 3];
-    for axis in 0..3 {
-        let count = w[4 + axis];
-        let whole = (p[axis] - w[axis]) * w[3];
-        let inside = whole.clamp_to(0.0, count);
-        let beyond = whole - inside;
-        gap = gap + beyond * beyond;
-        let least = Real::min(inside.value().floor(), count - 1.0);
-        place[axis] = least as usize;
-        at[axis] = inside - least;
-    }
-    let [i, j, k] = place;
-    let table = SAMPLED_HEADER;
-    let coarse = table + nx * ny * nz;
-    let own = w[table + (k * ny + j) * nx + i];
-    let d = if own == 0.0 {
-        let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
-        interpolate(at, &w[coarse + k * layer + j * row + i..], row, layer)
-    } else {
-        let side = SAMPLED_SIDE as usize + 1;
-        let mut inner = [0usize; 3];
+    let summary = SAMPLED_HEADER * w[SAMPLED_HEADER - 1] as usize;
+    let first = summary + SAMPLED_SUMMARY;
+    let second = first + 27 * w[summary] as usize;
+    let third = second + 125 * w[summary + 1] as usize;
+    let mut table = third + 729 * w[summary + 2] as usize;
+    let mut head = 0;
+    // The finest level that contains the point, or the last one.
+    let (at, beyond) = loop {
+        let mut at = [R::constant(0.0); 3];
+        let mut beyond = [R::constant(0.0); 3];
+        let mut is_in = true;
         for axis in 0..3 {
-            let fine = at[axis] * SAMPLED_SIDE as f32;
-            let least = Real::min(fine.value().floor(), SAMPLED_SIDE as f32 - 1.0);
-            inner[axis] = least as usize;
-            at[axis] = fine - least;
+            let whole = (p[axis] - w[head + axis]) * w[head + 3];
+            at[axis] = whole.clamp_to(0.0, w[head + 4 + axis]);
+            beyond[axis] = whole - at[axis];
+            is_in &= beyond[axis].value() == 0.0;
         }
-        let fine =
-            coarse + (nx + 1) * (ny + 1) * (nz + 1) + (own as usize - 1) * side * side * side;
-        let first = fine + (inner[2] * side + inner[1]) * side + inner[0];
-        interpolate(at, &w[first..], side, side * side)
+        if is_in || head + SAMPLED_HEADER == summary {
+            break (at, beyond);
+        }
+        let [nx, ny, nz] = [4, 5, 6].map(|i| w[head + i] as usize);
+        table += nx * ny * nz + (nx + 1) * (ny + 1) * (nz + 1);
+        head += SAMPLED_HEADER;
     };
+    let [nx, ny, nz] = [4, 5, 6].map(|i| w[head + i] as usize);
+    let mut t = at;
+    let [i, j, k] = places(&mut t, [w[head + 4], w[head + 5], w[head + 6]]);
+    let own = w[table + (k * ny + j) * nx + i] as usize;
+    let kind = own & 3;
+    let d = if kind == 0 {
+        let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
+        let coarse = table + nx * ny * nz;
+        interpolate(t, &w[coarse + k * layer + j * row + i..], row, layer)
+    } else {
+        let side = (1 << kind) as f32;
+        t = t.map(|t| t * side);
+        let [i, j, k] = places(&mut t, [side; 3]);
+        let row = (1 << kind) + 1;
+        let layer = row * row;
+        let samples = [0, first, second, third][kind] + (own >> 2) * layer * row;
+        interpolate(t, &w[samples + k * layer + j * row + i..], row, layer)
+    };
+    let gap = beyond[0] * beyond[0] + beyond[1] * beyond[1] + beyond[2] * beyond[2];
     if gap.value() > 0.0 {
         let h = d.positive_part();
         // The gap is in cells.
-        let cell = 1.0 / w[3];
-        (gap * (cell * cell) + h * h).sqrt()
+        let cell = 1.0 / w[head + 3];
+        let way = (gap * (cell * cell) + h * h).sqrt();
+        way.max(box_distance(p, &w[summary + 4..]))
     } else {
         d
     }
+}
+
+/// Splits places into the whole number below, or the last one, and the rest.
+#[inline(always)]
+fn places<R: Real>(at: &mut [R; 3], count: [f32; 3]) -> [usize; 3] {
+    let mut whole = [0usize; 3];
+    for axis in 0..3 {
+        let least = Real::min(at[axis].value().floor(), count[axis] - 1.0);
+        whole[axis] = least as usize;
+        at[axis] = at[axis] - least;
+    }
+    whole
+}
+
+/// Returns the distance to a box, from outside.
+#[inline(always)]
+fn box_distance<R: Real>(p: [R; 3], solid: &[f32]) -> R {
+    let mut square = R::constant(0.0);
+    for axis in 0..3 {
+        let gap = p[axis] - p[axis].clamp_to(solid[axis], solid[axis + 3]);
+        square = square + gap * gap;
+    }
+    square.sqrt()
 }
 
 /// Computes lower bounds of the distances of a block of points to ground from heights. The grid stores the ground's

@@ -12,36 +12,57 @@ fn interpolated(t: vec3<f32>, v: u32, row: u32, layer: u32) -> f32 {
 }
 
 fn sd_sampled(p: vec3<f32>, w: u32) -> f32 {
-    let count = vec3(params[w + 4u], params[w + 5u], params[w + 6u]);
-    let whole = (p - vec3(params[w], params[w + 1u], params[w + 2u])) * params[w + 3u];
-    let inside = min(max(whole, vec3(0.0)), count);
-    let beyond = whole - inside;
-    let gap = beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z;
-    let least = min(floor(inside), count - vec3(1.0));
-    let place = vec3<u32>(least);
-    let n = vec3<u32>(count);
-    let table = w + SAMPLED_HEADER;
-    let coarse = table + n.x * n.y * n.z;
-    let own = params[table + (place.z * n.y + place.y) * n.x + place.x];
-    var t = inside - least;
-    var row = n.x + 1u;
-    var layer = (n.x + 1u) * (n.y + 1u);
-    var first = coarse + place.z * layer + place.y * row + place.x;
-    if own != 0.0 {
-        let fine = t * f32(SAMPLED_SIDE);
-        let inner = min(floor(fine), vec3(f32(SAMPLED_SIDE) - 1.0));
-        let at = vec3<u32>(inner);
-        t = fine - inner;
-        row = SAMPLED_SIDE + 1u;
-        first = coarse + layer * (n.z + 1u) + (u32(own) - 1u) * row * row * row
-            + (at.z * row + at.y) * row + at.x;
-        layer = row * row;
+    let summary = w + SAMPLED_HEADER * u32(params[w + SAMPLED_HEADER - 1u]);
+    let first = summary + SAMPLED_SUMMARY;
+    let second = first + 27u * u32(params[summary]);
+    let third = second + 125u * u32(params[summary + 1u]);
+    var table = third + 729u * u32(params[summary + 2u]);
+    var head = w;
+    var at = vec3(0.0);
+    var beyond = vec3(0.0);
+    // The finest level that contains the point, or the last one.
+    loop {
+        let whole = (p - vec3(params[head], params[head + 1u], params[head + 2u])) * params[head + 3u];
+        let count = vec3(params[head + 4u], params[head + 5u], params[head + 6u]);
+        at = min(max(whole, vec3(0.0)), count);
+        beyond = whole - at;
+        if all(beyond == vec3(0.0)) || head + SAMPLED_HEADER >= summary {
+            break;
+        }
+        let n = vec3<u32>(count);
+        table += n.x * n.y * n.z + (n.x + 1u) * (n.y + 1u) * (n.z + 1u);
+        head += SAMPLED_HEADER;
     }
-    let d = interpolated(t, first, row, layer);
+    let count = vec3(params[head + 4u], params[head + 5u], params[head + 6u]);
+    let n = vec3<u32>(count);
+    let least = min(floor(at), count - vec3(1.0));
+    let place = vec3<u32>(least);
+    let own = u32(params[table + (place.z * n.y + place.y) * n.x + place.x]);
+    let kind = own & 3u;
+    var t = at - least;
+    var row = n.x + 1u;
+    var layer = row * (n.y + 1u);
+    var samples = table + n.x * n.y * n.z + place.z * layer + place.y * row + place.x;
+    if kind != 0u {
+        let side = f32(1u << kind);
+        let fine = t * side;
+        let below = min(floor(fine), vec3(side - 1.0));
+        let inner = vec3<u32>(below);
+        t = fine - below;
+        row = (1u << kind) + 1u;
+        layer = row * row;
+        samples = select(select(third, second, kind == 2u), first, kind == 1u) + (own >> 2u) * layer * row
+            + inner.z * layer + inner.y * row + inner.x;
+    }
+    let d = interpolated(t, samples, row, layer);
+    let gap = beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z;
     if gap > 0.0 {
         let h = max(d, 0.0);
-        let cell = 1.0 / params[w + 3u];
-        return sqrt(gap * (cell * cell) + h * h);
+        let cell = 1.0 / params[head + 3u];
+        let low = vec3(params[summary + 4u], params[summary + 5u], params[summary + 6u]);
+        let high = vec3(params[summary + 7u], params[summary + 8u], params[summary + 9u]);
+        let b = p - min(max(p, low), high);
+        return max(sqrt(gap * (cell * cell) + h * h), sqrt(b.x * b.x + b.y * b.y + b.z * b.z));
     }
     return d;
 }

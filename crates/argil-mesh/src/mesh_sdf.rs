@@ -1,6 +1,7 @@
 //! Signed distances to triangles.
 
 mod block;
+mod packet;
 mod sample;
 mod tree;
 
@@ -9,12 +10,16 @@ use crate::{Mesh, MeshReadError};
 use argil_math::Aabb;
 use glam::Vec3;
 use multiversion::multiversion;
+use packet::PacketSearch;
 use rayon::prelude::*;
 use tree::Bvh;
 
 /// Minimum of the longest side of a box: fourth powers of its triangles' sides must not underflow.
 const MIN_SIZE: f32 = 1e-4;
 const MAX_SIZE: f32 = 1e5;
+
+/// Points that are searched together.
+const PACKET: usize = 32;
 
 /// Signed distances to a triangle mesh.
 ///
@@ -129,19 +134,21 @@ impl MeshSdf {
 
     #[inline(always)]
     fn measure(&self, points: &[Vec3], out: &mut [f32]) {
-        let mut stack = Vec::with_capacity(64);
+        let mut search = PacketSearch::new(&self.surface);
+        for (points, out) in points.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
+            search.distances(points, out);
+        }
         let mut before: Option<(Vec3, f32)> = None;
-        let mut leaf = 0;
         for (&p, out) in points.iter().zip(out) {
             let way = before.map_or(f32::INFINITY, |(q, _)| p.distance(q));
-            let (d, near) = self.surface.nearest(p, leaf, &mut stack);
-            leaf = near;
             let is_in = match before {
                 // Both are in free spheres that touch.
-                Some((_, last)) if last.abs() + d > way * 1.0001 => last < 0.0,
+                Some((_, last)) if last.abs() + *out > way * 1.0001 => last < 0.0,
                 _ => self.winding_number(p) > 0.5,
             };
-            *out = if is_in { -d } else { d };
+            if is_in {
+                *out = -*out;
+            }
             before = Some((p, *out));
         }
     }

@@ -2,6 +2,7 @@
 
 mod gltf_files;
 mod marching;
+mod mesh_offsets;
 mod mesh_sdf;
 mod text_files;
 mod three_mf;

@@ -91,7 +91,8 @@ pub use path2::{Path2, PathSegment, SplinePoint, TubeSegment, spline_segments};
 pub use pose::{Pose, Poses};
 pub use ramp::{Curve, Ramp};
 pub use sampled_grid::{
-    DistanceSampler, GRID_MAGIC, MAX_POSTS, SAMPLED_HEADER, SAMPLED_SIDE, SampledBlock, SampledGrid,
+    DistanceSampler, GRID_MAGIC, MAX_POSTS, SAMPLED_HEADER, SAMPLED_SIDE, SAMPLED_SUMMARY,
+    SampledBlock, SampledGrid,
 };
 pub use scene::Scene;
 pub use shape::{Exactness, Shape, ShapeParameter};

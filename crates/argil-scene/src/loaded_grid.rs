@@ -15,10 +15,10 @@ impl PartialEq for LoadedGrid {
 }
 
 impl LoadedGrid {
-    /// Returns the box of the samples, or an empty box if they are not loaded.
+    /// Returns the box of the solid, or an empty box if it is not loaded.
     #[doc(hidden)]
-    pub fn region(&self) -> Aabb {
-        self.0.as_ref().map_or(Aabb::EMPTY, |grid| grid.region())
+    pub fn solid(&self) -> Aabb {
+        self.0.as_ref().map_or(Aabb::EMPTY, |grid| grid.solid())
     }
 
     /// Returns the samples as interpreters read them, or none if they are not loaded.

@@ -585,8 +585,8 @@ macro_rules! shape_table {
                 }
                 // Lowering reports a grid that is not loaded.
                 words(grid.words())
-                // Outside the box of the samples, the distance is a lower bound.
-                bounds(grid.region())
+                // Samples differ from the distance, and beyond all of them it is a lower bound.
+                bounds(grid.solid())
                 exact(false)
                 example(None);
 

@@ -8,13 +8,13 @@ use argil_scene::{SAMPLED_HEADER, SampledGrid};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a cache file. The number changes with the way of reading and of sampling.
-const MAGIC: [u8; 8] = *b"argilm05";
+const MAGIC: [u8; 8] = *b"argilm06";
 
 /// Words before the samples in a cache file: the box.
 const HEAD: usize = 6;
 
 /// Extension of cache files.
-const MAGIC_TEXT: &str = "grid05";
+const MAGIC_TEXT: &str = "grid06";
 
 /// Returns the path of a mesh's cache file, named by the hash of the bytes of the mesh file and of those that it names.
 pub(crate) fn place(source: &MeshSource<'_>, resolution: u32) -> Option<PathBuf> {

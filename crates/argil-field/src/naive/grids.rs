@@ -48,37 +48,59 @@ pub(super) fn heightmap(
     beside.max((p.y - ground) * cosine)
 }
 
-/// Interpolates between samples. Outside their box, it returns the hypotenuse over the way to the box.
+/// Interpolates between samples of the first level around the point. Beyond all levels, it returns the distance to the
+/// solid's box, or the hypotenuse over the way to the last level if that is larger.
 pub(super) fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
     let w = grid.words();
-    let n = [4, 5, 6].map(|i| w[i] as usize);
-    let region = grid.region();
-    let held = p.clamp(region.min.as_dvec3(), region.max.as_dvec3());
-    let mut at = (held - region.min.as_dvec3()) * f64::from(w[3]);
-    let least = |c: f64, most: usize| (c.max(0.0) as usize).min(most - 1);
-    let place = [least(at.x, n[0]), least(at.y, n[1]), least(at.z, n[2])];
-    let coarse = 8 + n[0] * n[1] * n[2];
-    let (mut first, mut side) = (coarse, n.map(|n| n + 1));
-    let mut place_in = place;
-    let own = w[8 + (place[2] * n[1] + place[1]) * n[0] + place[0]];
-    if own > 0.0 {
-        first += side[0] * side[1] * side[2] + (own as usize - 1) * 729;
-        side = [9; 3];
-        at = (at - V3::from_array(place.map(|c| c as f64))) * 8.0;
-        place_in = [least(at.x, 8), least(at.y, 8), least(at.z, 8)];
+    let levels = w[7] as usize;
+    let counts = [0, 1, 2].map(|kind| w[8 * levels + kind] as usize);
+    let mut starts = [8 * levels + 16; 4];
+    for kind in 1..4 {
+        starts[kind] = starts[kind - 1] + counts[kind - 1] * ((1usize << kind) + 1).pow(3);
     }
-    let t = at - V3::from_array(place_in.map(|c| c as f64));
-    let mut d = 0.0;
-    for corner in 0..8 {
-        let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
-        let share: f64 = (0..3)
-            .map(|k| if bits[k] == 1 { t[k] } else { 1.0 - t[k] })
-            .product();
-        let [x, y, z] = [0, 1, 2].map(|k| place_in[k] + bits[k]);
-        d += share * f64::from(w[first + (z * side[1] + y) * side[0] + x]);
+    let mut table = starts[3];
+    for (level, head) in w.chunks(8).take(levels).enumerate() {
+        let n = [4, 5, 6].map(|i| head[i] as usize);
+        let corner = V3::new(head[0].into(), head[1].into(), head[2].into());
+        let whole = (p - corner) * f64::from(head[3]);
+        let at = whole.clamp(V3::ZERO, V3::from_array(n.map(|n| n as f64)));
+        if at != whole && level + 1 < levels {
+            table += n[0] * n[1] * n[2] + (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
+            continue;
+        }
+        let least = |c: f64, most: usize| (c.max(0.0) as usize).min(most - 1);
+        let place = [0, 1, 2].map(|axis| least(at[axis], n[axis]));
+        let own = w[table + (place[2] * n[1] + place[1]) * n[0] + place[0]] as usize;
+        let side = 1 << (own % 4);
+        let inner = (at - V3::from_array(place.map(|c| c as f64))) * side as f64;
+        let place_in = [0, 1, 2].map(|axis| least(inner[axis], side));
+        let t = inner - V3::from_array(place_in.map(|c| c as f64));
+        let mut d = 0.0;
+        for corner in 0..8 {
+            let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
+            let share: f64 = (0..3)
+                .map(|k| if bits[k] == 1 { t[k] } else { 1.0 - t[k] })
+                .product();
+            let sample = if side == 1 {
+                let [x, y, z] = [0, 1, 2].map(|k| place[k] + bits[k]);
+                table + n[0] * n[1] * n[2] + (z * (n[1] + 1) + y) * (n[0] + 1) + x
+            } else {
+                let [x, y, z] = [0, 1, 2].map(|k| place_in[k] + bits[k]);
+                let cell = own / 4 * (side + 1).pow(3);
+                starts[own % 4 - 1] + cell + (z * (side + 1) + y) * (side + 1) + x
+            };
+            d += share * f64::from(w[sample]);
+        }
+        let gap = (whole - at).length() / f64::from(head[3]);
+        let solid = [grid.solid().min.as_dvec3(), grid.solid().max.as_dvec3()];
+        let of_box = p.distance(p.clamp(solid[0], solid[1]));
+        return if gap > 0.0 {
+            gap.hypot(d.max(0.0)).max(of_box)
+        } else {
+            d
+        };
     }
-    let gap = p.distance(held);
-    if gap > 0.0 { gap.hypot(d.max(0.0)) } else { d }
+    f64::INFINITY
 }
 
 /// Returns the distance to a triangle: to its plane if the foot lies within, else to its sides.

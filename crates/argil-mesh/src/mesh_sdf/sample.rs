@@ -3,8 +3,8 @@
 use super::{MeshSdf, block};
 use crate::MeshReadError;
 use argil_math::Control;
-use argil_scene::{DistanceSampler, SAMPLED_SIDE, SampledBlock, SampledGrid};
-use glam::{UVec3, Vec3};
+use argil_scene::{DistanceSampler, SampledBlock, SampledGrid};
+use glam::Vec3;
 use multiversion::multiversion;
 
 impl MeshSdf {
@@ -28,15 +28,11 @@ impl MeshSdf {
     ) -> Result<SampledGrid, MeshReadError> {
         control.begin("distances to a mesh", 0);
         let spacing = self.aabb.size().max_element().max(1e-6) / resolution as f32;
-        let cell = spacing * SAMPLED_SIDE as f32;
-        let region = self.aabb.grown(2.0 * spacing);
-        let cells = (region.size() / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let corner = region.center() - 0.5 * cell * cells.as_vec3();
         let watched = Watched {
             solid: self,
             control,
         };
-        let grid = SampledGrid::sample(corner, cell, cells, self.aabb, &watched);
+        let grid = SampledGrid::sample_around(self.aabb, spacing, &watched);
         control.end();
         if control.is_cancelled() {
             return Err(MeshReadError::Cancelled);

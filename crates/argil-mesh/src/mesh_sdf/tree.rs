@@ -33,6 +33,23 @@ pub(super) struct BvhNode {
     pub(super) middle: Vec3,
     pub(super) plate: Vec3,
     pub(super) radius: f32,
+    /// The plate's direction, and between which values its triangles lie along it, from the position.
+    pub(super) normal: Vec3,
+    pub(super) along: [f32; 2],
+}
+
+impl BvhNode {
+    /// Returns a lower bound of the squared distance to the triangles: to their box, or to a disk along their plate. The
+    /// disk tells more from far away, where most boxes of a smooth surface seem equally near.
+    #[inline(always)]
+    fn square(&self, p: Vec3) -> f32 {
+        let way = p - self.middle;
+        let along = way.dot(self.normal);
+        let above = (along - self.along[1]).max(self.along[0] - along).max(0.0);
+        let across = (way.length_squared() - along * along).max(0.0).sqrt();
+        let beside = (across - self.radius).max(0.0);
+        gap_square(self.low, self.high, p).max(above * above + beside * beside)
+    }
 }
 
 /// A bounding-volume hierarchy.
@@ -124,7 +141,7 @@ impl Bvh {
     ) -> (f32, u32) {
         let (mut best, mut at_best) = known;
         stack.clear();
-        stack.push((box_square(&self.nodes[0], p), 0));
+        stack.push((self.nodes[0].square(p), 0));
         while let Some((square, at)) = stack.pop() {
             if square >= best {
                 continue;
@@ -137,12 +154,15 @@ impl Bvh {
                 }
                 continue;
             }
-            let [a, b] =
-                [node.first, node.first + 1].map(|i| (box_square(&self.nodes[i as usize], p), i));
-            if a.0 < b.0 {
-                stack.extend([b, a]);
+            let first = self.nodes[node.first as usize].square(p);
+            let second = self.nodes[node.first as usize + 1].square(p);
+            // The nearer one is next.
+            if first < second {
+                stack.push((second, node.first + 1));
+                stack.push((first, node.first));
             } else {
-                stack.extend([a, b]);
+                stack.push((first, node.first));
+                stack.push((second, node.first + 1));
             }
         }
         (best, at_best)
@@ -205,6 +225,12 @@ pub(super) fn summary(triangles: &[[Vec3; 3]]) -> BvhNode {
     }
     let middle = (middle / area.max(f64::MIN_POSITIVE)).as_vec3();
     let reach = |p: &Vec3| p.distance(middle);
+    let normal = plate.normalize_or_zero().as_vec3();
+    let mut along = [f32::INFINITY, f32::NEG_INFINITY];
+    for p in triangles.iter().flatten() {
+        let at = (*p - middle).dot(normal);
+        along = [along[0].min(at), along[1].max(at)];
+    }
     BvhNode {
         low: bounds.min,
         high: bounds.max,
@@ -213,6 +239,8 @@ pub(super) fn summary(triangles: &[[Vec3; 3]]) -> BvhNode {
         middle,
         plate: plate.as_vec3(),
         radius: triangles.iter().flatten().map(reach).fold(0.0, f32::max),
+        normal,
+        along,
     }
 }
 
@@ -233,11 +261,6 @@ pub(super) fn leaf(triangles: &[[Vec3; 3]]) -> BvhLeaf {
         }
     }
     leaf
-}
-
-#[inline(always)]
-pub(super) fn box_square(node: &BvhNode, p: Vec3) -> f32 {
-    gap_square(node.low, node.high, p)
 }
 
 #[inline(always)]

@@ -274,6 +274,10 @@ impl DistanceSampler for Distances<'_> {
         }
     }
 
+    fn knows_outside(&self) -> bool {
+        false
+    }
+
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
         let begin = self.index(block.first);
         let cell = begin.map(|c| c.div_euclid(SIDE)) - self.first;
