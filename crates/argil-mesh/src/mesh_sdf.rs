@@ -21,6 +21,9 @@ const MAX_SIZE: f32 = 1e5;
 /// Points that are searched together.
 const PACKET: usize = 32;
 
+/// Points that a thread measures at once.
+const CHUNK: usize = 1024;
+
 /// Signed distances to a triangle mesh.
 ///
 /// *Theory.* A tree of boxes finds the nearest triangle. A point is inside if the surface winds around it
@@ -130,6 +133,16 @@ impl MeshSdf {
     pub fn distances(&self, points: &[Vec3], out: &mut [f32]) {
         assert_eq!(points.len(), out.len(), "a distance for each point");
         measure(self, points, out);
+    }
+
+    /// Returns the signed distances of many points, in parallel. It is faster if consecutive points are close together.
+    pub fn distances_in_parallel(&self, points: &[Vec3]) -> Vec<f32> {
+        let mut distances = vec![0.0; points.len()];
+        let chunks = points
+            .par_chunks(CHUNK)
+            .zip(distances.par_chunks_mut(CHUNK));
+        chunks.for_each(|(points, out)| self.distances(points, out));
+        distances
     }
 
     #[inline(always)]

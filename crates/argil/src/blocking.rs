@@ -1,7 +1,8 @@
 //! Methods that block until their asynchronous twin, which has the same name with `_async`, has finished. A web
 //! page has no such methods, because its only thread must not wait.
 
-use crate::meshing::{MeshError, MeshOptions, MeshOutput};
+use crate::mesh_error::MeshError;
+use crate::meshing::{MeshOptions, MeshOutput};
 use crate::{
     Backend, BricksOptions, Build, BuildError, DenseOptions, Engine, EngineError, OctreeOptions,
     RenderError, RenderedImage, Representation, StillError, VolumeFileError, World,

@@ -24,10 +24,12 @@ mod memory;
 mod mesh_assets;
 #[cfg(feature = "mesh-files")]
 mod mesh_cache;
+mod mesh_error;
 mod mesh_facts;
 mod mesh_file_error;
 mod meshing;
 mod observers;
+mod offset_mesh;
 mod probe;
 mod program_cache;
 mod query;
@@ -71,8 +73,9 @@ pub use image::{PngImage, read_png, save_png, write_png};
 pub use mesh_assets::{
     LoadedMesh, load_images, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };
+pub use mesh_error::MeshError;
 pub use mesh_file_error::MeshFileError;
-pub use meshing::{MeshError, MeshOptions, MeshOutput, save_mesh};
+pub use meshing::{MeshOptions, MeshOutput, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;

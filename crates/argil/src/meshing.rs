@@ -1,24 +1,22 @@
 //! Extracts triangle meshes from worlds.
 
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
+use crate::mesh_error::MeshError;
 use crate::representation::{Storage, clip_box};
 use crate::vertex_error::VertexError;
 use crate::{BuildError, World};
-use argil_field::{Grid, Program};
 use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
+use argil_math::Aabb;
 use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
-    Mesh, MeshFormat, MeshNormals, MeshReport, MeshWriteOptions, marching, project_to_field,
-    simplify, write,
+    Mesh, MeshFormat, MeshNormals, MeshReport, MeshWriteOptions, project_to_field, simplify, write,
 };
+use argil_scene::{Extents, Scene};
 use argil_volume::{CellPrograms, RESOLUTION_RANGE, Volume, VoxelGrid};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use web_time::Instant;
-
-/// Maximum samples of a grid that is made only for a mesh.
-const MAX_SAMPLES: u64 = 1 << 31;
 
 /// Options of [`World::mesh`].
 ///
@@ -37,7 +35,8 @@ pub struct MeshOptions {
     /// and dual contouring, which also keeps sharp edges, of about two. For a 3D print, half of the nozzle's width
     /// is a good start.
     pub voxel_size: Option<f32>,
-    /// Distance at which to extract the surface, in the scene's unit. Above 0 it lies outside the solid.
+    /// Distance at which to extract the surface, in the scene's unit. Above 0 it lies outside the solid. Where the field is only a
+    /// lower bound of the distance, the surface is meshed first, and offset by the distance to its triangles.
     pub iso: f32,
     /// The source of normals.
     pub normals: MeshNormals,
@@ -127,50 +126,6 @@ impl MeshOutput {
     }
 }
 
-/// The reason why a world cannot be meshed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeshError {
-    /// The world cannot be sampled.
-    #[error(transparent)]
-    Build(#[from] BuildError),
-    /// The volume has no surface at that distance.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
-    /// Levels have triangles of several sizes already, on the exact surface.
-    #[error(
-        "levels of detail are meshed at iso level 0, with normals of the field or of faces, and without simplifying: choose the pixel error instead"
-    )]
-    Levels,
-    /// Dual contouring was asked of a volume, which has no exact normals, or of another iso level.
-    #[error(
-        "dual contouring needs the exact field and iso level 0: mesh the field of a scene, or use marching cubes"
-    )]
-    Dual,
-    /// There are too many vertices to simplify.
-    #[error("simplifying: {0}")]
-    Simplify(String),
-    /// The iso level is not a length.
-    #[error("iso level {0}: it must be a length in scene units, from -1e6 to 1e6")]
-    NotALength(f32),
-    /// The grid would be too large.
-    #[error(
-        "{0} samples: an iso level other than 0 needs a dense grid, of at most 2^31 samples; lower the resolution"
-    )]
-    TooMany(u64),
-    /// The file name has no extension of a mesh format.
-    #[error("{}: unknown mesh format; name it {}", .0.display(), MeshFormat::extensions("or"))]
-    UnknownFormat(PathBuf),
-    /// The file cannot be written.
-    #[error("{}", path.display())]
-    Write {
-        /// Path of the file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-}
-
 impl World {
     /// Extracts the surface as triangles, as a future: see [`World::mesh`].
     ///
@@ -193,6 +148,7 @@ impl World {
         if is_dual && (is_volume || iso != 0.0) {
             return Err(MeshError::Dual);
         }
+        let mut offset_from = None;
         let (mut mesh, voxel_grid, lists) = match (self.storage(), self.field_on_gpu()) {
             (Storage::Gpu(volume), Some(field)) => {
                 let mesh = of_gpu(volume, field, options, &mut stages).await?;
@@ -208,8 +164,18 @@ impl World {
                 self.of_field_on_gpu(field, options, &mut stages).await?
             }
             _ if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
-            _ => self.of_level(options, &mut stages)?,
+            _ if self.is_level_set(iso) => self.of_level(options, &mut stages)?,
+            _ => {
+                let (mesh, voxel_grid, solid) = self.of_offset(options, &mut stages)?;
+                offset_from = solid;
+                (mesh, voxel_grid, None)
+            }
         };
+        // Without triangles, all of the surface is outside.
+        let has_left = iso > 0.0 && mesh.triangles.is_empty() && !program.aabb().is_empty();
+        if is_volume && iso != 0.0 && (has_left || is_cut_open(&mesh, &voxel_grid)) {
+            return Err(MeshError::LeavesBox(iso));
+        }
         let mut simplified_by = 0.0;
         if let Some(most) = options.max_triangles {
             (mesh, simplified_by) = simplify(&mesh, most).map_err(MeshError::Simplify)?;
@@ -237,7 +203,11 @@ impl World {
         self.engine().control.end();
         let duration_ms = start.elapsed().as_secs_f64() * 1e3;
         let surface = (&mesh, voxel_grid.voxel_size);
-        let (report, surface_error) = checked(program, &lists, surface, options);
+        let distances = |mesh: &Mesh| match &offset_from {
+            Some(solid) => solid.distances_in_parallel(&mesh.positions),
+            None => project_to_field::distances(program, &lists, mesh),
+        };
+        let (report, surface_error) = checked(distances, surface, options);
         if options.normals == MeshNormals::Face || options.unindexed {
             let shared = std::mem::take(&mut mesh);
             mesh = shared.unindexed(options.normals == MeshNormals::Face);
@@ -256,8 +226,20 @@ impl World {
         })
     }
 
-    fn mesh_grid(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
-        let solid = self.program().aabb().grown(options.iso.max(0.0));
+    pub(crate) fn mesh_grid(&self, options: &MeshOptions) -> Result<VoxelGrid, MeshError> {
+        // At any point, the distance is at least the distance to the box divided by the inverse.
+        let inverse = Extents::of(&self.scene)
+            .node_bounds(Scene::ROOT)
+            .lipschitz_inverse;
+        let solid = self.program().aabb().grown(inverse * options.iso.max(0.0));
+        self.grid_around(solid, options)
+    }
+
+    pub(crate) fn grid_around(
+        &self,
+        solid: Aabb,
+        options: &MeshOptions,
+    ) -> Result<VoxelGrid, MeshError> {
         let frame = clip_box(&self.scene, solid);
         let most = *RESOLUTION_RANGE.end();
         let voxel_grid =
@@ -270,7 +252,7 @@ impl World {
         Ok(voxel_grid)
     }
 
-    fn of_field(
+    pub(crate) fn of_field(
         &self,
         options: &MeshOptions,
         made: &mut Option<Volume>,
@@ -318,46 +300,27 @@ impl World {
         stages.all.extend(took);
         Ok((brought(&mesh, field, stages).await?, voxel_grid, None))
     }
+}
 
-    /// Meshes another iso level of the field, through a dense grid.
-    fn of_level(
-        &self,
-        options: &MeshOptions,
-        stages: &mut Stages,
-    ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
-        let voxel_grid = self.mesh_grid(options)?;
-        let grid = Grid {
-            min: voxel_grid.corner,
-            spacing: Vec3::splat(voxel_grid.voxel_size),
-            begin: glam::UVec3::ZERO,
-            size: voxel_grid.size + 1,
-        };
-        let count = grid.size.to_array().map(u64::from).iter().product::<u64>();
-        if count > MAX_SAMPLES {
-            return Err(MeshError::TooMany(count));
-        }
-        let mut samples = vec![0.0; count as usize];
-        self.program().distances(&grid, &mut samples);
-        stages.done("sample")?;
-        let gradient = options.normals == MeshNormals::Gradient;
-        let mesh = marching::dense::march(&samples, &grid, options.iso, gradient);
-        stages.done("march")?;
-        Ok((mesh, voxel_grid, None))
-    }
+/// Whether a volume's mesh has vertices at its outermost samples, where it ends. A clipped scene is known to be open.
+fn is_cut_open(mesh: &Mesh, voxel_grid: &VoxelGrid) -> bool {
+    let half = 0.5 * voxel_grid.voxel_size;
+    // Samples of dense volumes are at voxel centers.
+    let inner = voxel_grid.aabb().grown(-1.01 * half);
+    let is_outer = |p: &Vec3| p.cmplt(inner.min).any() || p.cmpgt(inner.max).any();
+    !voxel_grid.is_clipped && mesh.positions.iter().any(is_outer)
 }
 
 /// Counts and checks a mesh, if that is wanted.
 fn checked(
-    program: &Program,
-    lists: &CellPrograms,
+    distances: impl Fn(&Mesh) -> Vec<f32>,
     (mesh, voxel_size): (&Mesh, f32),
     options: &MeshOptions,
 ) -> (MeshReport, VertexError) {
     if !options.checks {
         return (MeshReport::of(&Mesh::default()), VertexError::default());
     }
-    let distances = project_to_field::distances(program, lists, mesh);
-    let error = VertexError::of(&distances, options.iso, voxel_size);
+    let error = VertexError::of(&distances(mesh), options.iso, voxel_size);
     (MeshReport::of(mesh), error)
 }
 

@@ -8,6 +8,7 @@ mod futures;
 mod gpu_more_light;
 mod gpu_stills;
 mod grow;
+mod iso_levels;
 mod levels;
 mod levels_common;
 mod levels_walk;

@@ -52,6 +52,7 @@ impl SampledGrid {
         solid: Aabb,
         measure: &dyn DistanceSampler,
     ) -> Self {
+        let measure = &AtLeastBox { measure, solid };
         let size = solid.size().max_element().max(cell);
         let mut nest = Nest::new(corner, cell);
         nest.add(IVec3::ZERO, cells);
@@ -78,6 +79,46 @@ impl SampledGrid {
         smooth(&mut nest, measure);
         nest.close_seams();
         Self::of_nest(&nest, solid)
+    }
+}
+
+/// A distance that is at least the distance to a box, as bounds of the solid promise.
+struct AtLeastBox<'a> {
+    measure: &'a dyn DistanceSampler,
+    solid: Aabb,
+}
+
+impl AtLeastBox<'_> {
+    fn raise(&self, p: Vec3, d: &mut f32) {
+        let of_box = p.distance(p.clamp(self.solid.min, self.solid.max));
+        // NaN stays NaN, which a maximum would hide.
+        if of_box > 0.0 && *d < of_box {
+            *d = of_box;
+        }
+    }
+}
+
+impl DistanceSampler for AtLeastBox<'_> {
+    fn distances(&self, points: &[Vec3], out: &mut [f32]) {
+        self.measure.distances(points, out);
+        for (&p, d) in points.iter().zip(out) {
+            self.raise(p, d);
+        }
+    }
+
+    fn unsigned_distance(&self, point: Vec3) -> f32 {
+        self.measure.unsigned_distance(point)
+    }
+
+    fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
+        self.measure.sample_block(block, out);
+        for (index, d) in out.iter_mut().enumerate() {
+            self.raise(block.position(index), d);
+        }
+    }
+
+    fn knows_outside(&self) -> bool {
+        self.measure.knows_outside()
     }
 }
 
