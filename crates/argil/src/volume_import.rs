@@ -3,6 +3,7 @@
 mod dense_file;
 mod far;
 mod lattice;
+mod rebuilt;
 
 use argil_math::Aabb;
 use argil_scene::{SAMPLED_SIDE, SampledGrid, ValidationError};
@@ -13,6 +14,7 @@ pub use dense_file::{RawLayout, RawType};
 use far::Distances;
 use glam::{IVec3, Vec3};
 use lattice::{Lattice, Samples};
+use rebuilt::rebuilt;
 use std::path::{Path, PathBuf};
 
 /// Maximum cells of 8³ voxels in the box of a volume.
@@ -21,6 +23,8 @@ const MAX_CELLS: u64 = 1 << 24;
 const MAX_LEAVES: u64 = 1 << 20;
 /// Maximum distance of a voxel from the origin, along an axis.
 const MAX_INDEX: i32 = 1 << 24;
+/// Minimum voxels around the solid in the finest level.
+const ROOM: i32 = 10;
 /// Maximum cells along a side.
 const MAX_SIDE: i32 = 512;
 
@@ -91,7 +95,8 @@ pub fn is_volume_file(path: &Path) -> bool {
 }
 
 /// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
-/// the file's at all voxels nearer to the surface than two voxels. Farther away they are lower bounds.
+/// the file's at all voxels nearer to the surface than two voxels. Farther away they are those to the surface's triangles, as far
+/// as twice the solid's size. In a box of more than 2¹⁸ cells of 8³ voxels they are lower bounds.
 ///
 /// ```
 /// # use argil::prelude::*;
@@ -235,9 +240,10 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
         ));
     }
     let side = SAMPLED_SIDE as i32;
-    let first = (low - 2).map(|c| c.div_euclid(side));
-    let last = (high + 2).map(|c| c.div_euclid(side));
-    let cells = last - first + 1;
+    let first = (low - ROOM).map(|c| c.div_euclid(side));
+    let last = (high + ROOM).map(|c| c.div_euclid(side));
+    // An even number of cells, as levels have.
+    let cells = (last - first + 2) / 2 * 2;
     let count: u64 = cells.to_array().map(|n| n as u64).iter().product();
     if cells.max_element() > MAX_SIDE || count > MAX_CELLS {
         return Err(format!(
@@ -261,5 +267,5 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
     let grid = SampledGrid::sample(corner, cell, cells.as_uvec3(), solid, &distances);
     let text = |error: ValidationError| error.to_string();
     grid.check().map_err(text)?;
-    Ok(grid)
+    Ok(rebuilt(lattice, &grid).unwrap_or(grid))
 }

@@ -19,5 +19,6 @@ mod live_image;
 mod openvdb;
 mod query;
 mod still;
+mod volume_distances;
 mod volume_files;
 mod zarr;
