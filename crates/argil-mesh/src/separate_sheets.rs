@@ -219,8 +219,10 @@ mod tests {
             [0.1, -1.0, 0.2],
             [-0.1, -1.2, 0.9],
         ];
-        let mut edge = Mesh::default();
-        edge.positions = positions.map(Vec3::from).to_vec();
+        let mut edge = Mesh {
+            positions: positions.map(Vec3::from).to_vec(),
+            ..Mesh::default()
+        };
         tetrahedron(&mut edge, [0, 1, 2, 3]);
         tetrahedron(&mut edge, [0, 1, 4, 5]);
         let mut three = edge.clone();
@@ -240,19 +242,21 @@ mod tests {
     /// Around both ends of an edge, the surface is whole: the edge is divided.
     #[test]
     fn an_edge_whose_ends_stay_whole_is_divided() {
-        let mut mesh = Mesh::default();
-        mesh.positions = [
-            [0.0, 0.0, -1.0],
-            [0.0, 0.0, 1.0],
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [-1.0, 0.0, 0.0],
-            [0.0, -1.0, 0.0],
-            [0.0, 0.0, -2.0],
-            [0.0, 0.0, 2.0],
-        ]
-        .map(Vec3::from)
-        .to_vec();
+        let mut mesh = Mesh {
+            positions: [
+                [0.0, 0.0, -1.0],
+                [0.0, 0.0, 1.0],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [-1.0, 0.0, 0.0],
+                [0.0, -1.0, 0.0],
+                [0.0, 0.0, -2.0],
+                [0.0, 0.0, 2.0],
+            ]
+            .map(Vec3::from)
+            .to_vec(),
+            ..Mesh::default()
+        };
         // Two opposite wedges share the axis. Caps above and below join them around both ends.
         let mut solids = vec![[0, 1, 2, 3], [0, 1, 4, 5]];
         for (end, tip) in [(0, 6), (1, 7)] {

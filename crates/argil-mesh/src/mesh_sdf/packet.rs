@@ -32,11 +32,10 @@ impl WideBox {
     fn squares(&self, p: Vec3) -> WideAxis {
         let mut squares = [0.0; WIDE];
         for axis in 0..3 {
-            for lane in 0..WIDE {
-                let below = self.low[axis][lane] - p[axis];
-                let above = p[axis] - self.high[axis][lane];
-                let gap = below.max(above).max(0.0);
-                squares[lane] += gap * gap;
+            let sides = self.low[axis].iter().zip(&self.high[axis]);
+            for (square, (low, high)) in squares.iter_mut().zip(sides) {
+                let gap = (low - p[axis]).max(p[axis] - high).max(0.0);
+                *square += gap * gap;
             }
         }
         squares
