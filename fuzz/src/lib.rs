@@ -7,6 +7,7 @@ mod mutate;
 mod scenes;
 mod seeds;
 mod targets;
+mod worlds;
 
 pub use mutate::Mutator;
 pub use targets::{CONTROLS, TARGETS, Target};

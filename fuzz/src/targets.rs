@@ -1,6 +1,6 @@
 //! The table of targets.
 
-use crate::{scenes, seeds};
+use crate::{scenes, seeds, worlds};
 use argil::{RawLayout, VolumeReadOptions, read_volume_bytes};
 use argil_mesh::{MeshFormat, MeshSdf, from_bytes};
 use argil_volume::{Volume, VolumeFile};
@@ -83,6 +83,27 @@ pub const TARGETS: &[Target] = &[
         || seeds::exports("nrrd"),
     ),
     target("raw", |bytes| volume(bytes, "a.raw"), || vec![vec![1; 480]]),
+    target("tile", |bytes| ignore(worlds::tile(bytes)), worlds::tiles),
+    target(
+        "tile_levels",
+        |bytes| ignore(worlds::tile_levels(bytes)),
+        worlds::tiles,
+    ),
+    target(
+        "manifest",
+        |bytes| ignore(worlds::manifest(bytes)),
+        worlds::manifests,
+    ),
+    target(
+        "world_mesh",
+        |bytes| ignore(worlds::mesh(bytes)),
+        worlds::meshes,
+    ),
+    target(
+        "delta",
+        |bytes| ignore(worlds::delta(bytes)),
+        worlds::deltas,
+    ),
 ];
 
 /// Targets that fail, to test the program that runs them.
@@ -108,6 +129,9 @@ pub const CONTROLS: &[Target] = &[
         || vec![vec![7; 8]],
     ),
 ];
+
+/// Whether bytes are accepted does not matter.
+fn ignore(_: bool) {}
 
 fn mesh(bytes: &[u8], format: MeshFormat) {
     let Ok(file) = from_bytes(bytes, format, Path::new("a")) else {

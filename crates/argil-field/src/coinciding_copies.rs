@@ -105,8 +105,8 @@ fn makes_copies(modifier: &Modifier) -> bool {
 /// Returns the maps from the first copy to some others, if their boxes may coincide. There are none if nothing has to be
 /// compared.
 fn near_copies(modifier: &Modifier, content: &Extent) -> Option<(Vec<DAffine3>, &'static str)> {
-    let held = content.aabb;
-    if held.is_empty() {
+    let bounds = content.aabb;
+    if bounds.is_empty() {
         return None;
     }
     match *modifier {
@@ -121,7 +121,7 @@ fn near_copies(modifier: &Modifier, content: &Extent) -> Option<(Vec<DAffine3>, 
             };
             let whole = DVec3::from([0, 1, 2].map(|axis| steps(axis) * f64::from(spacing[axis])));
             let is_near = |axis: usize| {
-                let size = f64::from(held.size()[axis]);
+                let size = f64::from(bounds.size()[axis]);
                 whole[axis] <= TOLERANCE * size || size == f64::INFINITY
             };
             let is_repeated = whole != DVec3::ZERO;
@@ -131,13 +131,13 @@ fn near_copies(modifier: &Modifier, content: &Extent) -> Option<(Vec<DAffine3>, 
         Modifier::RadialRepeat { count } => {
             let has_axis = [0, 2]
                 .iter()
-                .all(|&axis| held.min[axis] <= 0.0 && held.max[axis] >= 0.0);
+                .all(|&axis| bounds.min[axis] <= 0.0 && bounds.max[axis] >= 0.0);
             let step = DAffine3::from_rotation_y(TAU / f64::from(count));
             (count > 1 && has_axis).then(|| (vec![step], ROUND))
         }
         Modifier::Instances { ref poses } => {
             let first = poses.first()?;
-            let size = f64::from(held.size().max_element() * first.scale);
+            let size = f64::from(bounds.size().max_element() * first.scale);
             let is_near = |pose: &Pose| {
                 let away = Vec3::from(pose.position).distance(Vec3::from(first.position));
                 f64::from(away) <= TOLERANCE * size
@@ -160,11 +160,11 @@ fn near_copies(modifier: &Modifier, content: &Extent) -> Option<(Vec<DAffine3>, 
 }
 
 /// Whether a solid's distances are the same after each of some maps, at points in its box.
-fn are_equal(solid: &Program, held: Aabb, copies: &[DAffine3]) -> bool {
-    let sides = held.size().to_array().into_iter();
+fn are_equal(solid: &Program, bounds: Aabb, copies: &[DAffine3]) -> bool {
+    let sides = bounds.size().to_array().into_iter();
     let size = sides.filter(|side| side.is_finite()).fold(0.0, f32::max);
     let size = if size > 0.0 { size } else { 1.0 };
-    let [low, high] = [held.min, held.max]
+    let [low, high] = [bounds.min, bounds.max]
         .map(|corner| corner.clamp(Vec3::splat(-1e3 * size), Vec3::splat(1e3 * size)));
     // Points along all axes, without a pattern (Roberts 2018).
     let point = |i: usize| {

@@ -1,7 +1,7 @@
 //! Finds programs of which all joints are hard unions.
 //!
 //! *Theory.* Such a distance is the least of those of the brushes. So a list of its brushes can begin with any upper bound of
-//! the distance, groups can begin with what is before them, and the result has the same bits. Thousands of instances are
+//! the distance, and groups can begin with what is before them. The result has the same bits. Thousands of instances are
 //! skipped then that are farther than the nearest one, and not only those that come after it.
 
 use crate::Program;

@@ -1,7 +1,7 @@
 //! Paths of a font without overlaps: what the nonzero winding rule fills.
 //!
 //! Fonts draw strokes that cross, and islands inside of holes. Distances are exact only if each path is a part of the
-//! border, so overlaps are removed by the sweep-line algorithm of `linesweeper`, which keeps quadratic curves.
+//! border. So the sweep-line algorithm of `linesweeper` removes overlaps. It keeps quadratic curves.
 
 use crate::{Path2, PathSegment};
 use glam::Vec2;

@@ -76,8 +76,8 @@ impl Lowering<'_> {
         });
     }
 
-    /// Pushes the tasks for the instances of one scale, which begin at `begin` in a list that is sorted by scale, and a
-    /// task for the rest.
+    /// Pushes the tasks for the instances of one scale, and a task for the rest. The instances are sorted by scale, and
+    /// those before `begin` are done.
     pub(super) fn push_instances_of_a_scale(
         &mut self,
         (node, count): (NodeId, usize),

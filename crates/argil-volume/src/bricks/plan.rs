@@ -363,8 +363,8 @@ impl PlanLevel {
         }
     }
 
-    /// Adds a part whose program is at the end, from an instruction on, or shares the program of the level before if its
-    /// own would be hardly shorter.
+    /// Adds a part whose program is at the end, from an instruction on. If that is hardly shorter than the program of the
+    /// level before, the part shares that one.
     fn add(&mut self, part: IVec3, from: usize, outer: &Range<usize>) {
         let own = self.instructions.len() - from;
         if own > LONG && 2 * own > outer.len() {

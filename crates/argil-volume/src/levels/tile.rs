@@ -59,18 +59,26 @@ impl TileAddress {
 
     /// Returns the tile above, whose finest pages this one refines. A tile of a coarsest tier gets one that does not exist.
     pub fn coarser(&self) -> Option<Self> {
-        let level = TIER_LEVELS.checked_mul(self.tier + 1)?;
+        let level = TIER_LEVELS.checked_mul(self.tier.checked_add(1)?)?;
         Some(Self::of_page(level, IVec3::from_array(self.place) >> 1))
     }
 
     /// Returns the finest level of the tier.
     pub fn finest_level(&self) -> u32 {
-        TIER_LEVELS * self.tier
+        TIER_LEVELS.saturating_mul(self.tier)
     }
 
     /// Returns the coarsest level that a tier has in a layout.
     pub fn top_level(&self, layout: &LevelsLayout) -> u32 {
-        (self.finest_level() + TIER_LEVELS - 1).min(layout.root())
+        self.finest_level()
+            .saturating_add(TIER_LEVELS - 1)
+            .min(layout.root())
+    }
+
+    /// Whether a layout can have the tile: its levels exist, and the positions of its cells can be counted.
+    pub(super) fn can_be_in(&self, layout: &LevelsLayout) -> bool {
+        let max = i32::MAX as u32 >> (TIER_LEVELS + 1);
+        self.finest_level() <= layout.root() && self.place.iter().all(|c| c.unsigned_abs() <= max)
     }
 }
 

@@ -111,6 +111,9 @@ impl TileHead {
         if own != address {
             return Err(TileError::Other(format!("{own}, and not {address}")));
         }
+        if !address.can_be_in(layout) {
+            return Err(TileError::Contents("the place"));
+        }
         let format = layout.level(0).encoding.format;
         if bits != bits_of(format) {
             return Err(TileError::Contents("the bits of a sample"));
