@@ -10,7 +10,7 @@ use super::nest::{MAX_KIND, Nest, corners, index, place_of, volume};
 use super::{MAX_LIPSCHITZ, MAX_SAMPLED_LEVELS, SAMPLED_HEADER, SAMPLED_SUMMARY, SampledGrid};
 use crate::MAX_LENGTH;
 use argil_math::Aabb;
-use glam::{UVec3, Vec3, uvec3};
+use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -253,14 +253,17 @@ impl SampledGrid {
 }
 
 /// Returns the longest gradient in a cell of length 1, from samples at a number of intervals.
-fn steepest_of(samples: &[f32], side: u32) -> f32 {
+fn steepest_of(samples: &[f32], side: usize) -> f32 {
+    let row = side + 1;
+    let layer = row * row;
     let mut greatest = 0.0f32;
     for z in 0..side {
         for y in 0..side {
-            for x in 0..side {
-                let around = corners(uvec3(x, y, z));
-                let own = around.map(|p| samples[index(p, UVec3::splat(side + 1))]);
-                greatest = greatest.max(steepest(own));
+            for first in (z * layer + y * row..).take(side) {
+                let own =
+                    [0, 1, row, row + 1].map(|i| [samples[first + i], samples[first + i + layer]]);
+                let [a, b, c, d] = own;
+                greatest = greatest.max(steepest([a[0], b[0], c[0], d[0], a[1], b[1], c[1], d[1]]));
             }
         }
     }
