@@ -9,7 +9,8 @@ use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_math::Aabb;
 use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
-    Mesh, MeshFormat, MeshNormals, MeshReport, MeshWriteOptions, project_to_field, simplify, write,
+    Mesh, MeshFormat, MeshNormals, MeshReport, MeshSdf, MeshWriteOptions, project_to_field,
+    simplify, write,
 };
 use argil_scene::{Extents, Scene};
 use argil_volume::{CellPrograms, RESOLUTION_RANGE, Volume, VoxelGrid};
@@ -141,41 +142,14 @@ impl World {
         if let Some(levels) = self.levels() {
             return self.mesh_of_levels(levels, options, stages);
         }
+        let Extracted {
+            mut mesh,
+            voxel_grid,
+            lists,
+            made,
+            offset_from,
+        } = self.extracted(options, &mut stages).await?;
         let program = self.program();
-        let mut made = None;
-        let is_dual = options.method == MeshMethod::DualContouring;
-        let is_volume = matches!(self.storage(), Storage::Cpu(_) | Storage::Gpu(_));
-        if is_dual && (is_volume || iso != 0.0) {
-            return Err(MeshError::Dual);
-        }
-        let mut offset_from = None;
-        let (mut mesh, voxel_grid, lists) = match (self.storage(), self.field_on_gpu()) {
-            (Storage::Gpu(volume), Some(field)) => {
-                let mesh = of_gpu(volume, field, options, &mut stages).await?;
-                (mesh, *volume.voxel_grid(), None)
-            }
-            (Storage::Cpu(volume), _) => {
-                let with_normals = options.normals == MeshNormals::Gradient;
-                let mesh = volume.triangles(iso, with_normals)?;
-                stages.done("march")?;
-                (mesh, *volume.voxel_grid(), None)
-            }
-            (_, Some(field)) if iso == 0.0 && !is_dual => {
-                self.of_field_on_gpu(field, options, &mut stages).await?
-            }
-            _ if iso == 0.0 => self.of_field(options, &mut made, &mut stages)?,
-            _ if self.is_level_set(iso) => self.of_level(options, &mut stages)?,
-            _ => {
-                let (mesh, voxel_grid, solid) = self.of_offset(options, &mut stages)?;
-                offset_from = solid;
-                (mesh, voxel_grid, None)
-            }
-        };
-        // Without triangles, all of the surface is outside.
-        let has_left = iso > 0.0 && mesh.triangles.is_empty() && !program.aabb().is_empty();
-        if is_volume && iso != 0.0 && (has_left || is_cut_open(&mesh, &voxel_grid)) {
-            return Err(MeshError::LeavesBox(iso));
-        }
         let mut simplified_by = 0.0;
         if let Some(most) = options.max_triangles {
             (mesh, simplified_by) = simplify(&mesh, most).map_err(MeshError::Simplify)?;
@@ -223,6 +197,56 @@ impl World {
             voxel_grid,
             duration_ms,
             stages_ms: stages.all,
+        })
+    }
+
+    /// Extracts triangles, in the way of the world's representation and of the options.
+    async fn extracted(
+        &self,
+        options: &MeshOptions,
+        stages: &mut Stages,
+    ) -> Result<Extracted, MeshError> {
+        let iso = options.iso;
+        let mut made = None;
+        let is_dual = options.method == MeshMethod::DualContouring;
+        let is_volume = matches!(self.storage(), Storage::Cpu(_) | Storage::Gpu(_));
+        if is_dual && (is_volume || iso != 0.0) {
+            return Err(MeshError::Dual);
+        }
+        let mut offset_from = None;
+        let (mesh, voxel_grid, lists) = match (self.storage(), self.field_on_gpu()) {
+            (Storage::Gpu(volume), Some(field)) => {
+                let mesh = of_gpu(volume, field, options, stages).await?;
+                (mesh, *volume.voxel_grid(), None)
+            }
+            (Storage::Cpu(volume), _) => {
+                let with_normals = options.normals == MeshNormals::Gradient;
+                let mesh = volume.triangles(iso, with_normals)?;
+                stages.done("march")?;
+                (mesh, *volume.voxel_grid(), None)
+            }
+            (_, Some(field)) if iso == 0.0 && !is_dual => {
+                self.of_field_on_gpu(field, options, stages).await?
+            }
+            _ if iso == 0.0 => self.of_field(options, &mut made, stages)?,
+            _ if self.is_level_set(iso) => self.of_level(options, stages)?,
+            _ => {
+                let (mesh, voxel_grid, solid) = self.of_offset(options, stages)?;
+                offset_from = solid;
+                (mesh, voxel_grid, None)
+            }
+        };
+        // Without triangles, all of the surface is outside.
+        let has_left = iso > 0.0 && mesh.triangles.is_empty() && !self.program().aabb().is_empty();
+        if is_volume && iso != 0.0 && (has_left || is_cut_open(&mesh, &voxel_grid)) {
+            return Err(MeshError::LeavesBox(iso));
+        }
+        Ok(Extracted {
+            mesh,
+            voxel_grid,
+            lists,
+            made,
+            offset_from,
         })
     }
 
@@ -300,6 +324,17 @@ impl World {
         stages.all.extend(took);
         Ok((brought(&mesh, field, stages).await?, voxel_grid, None))
     }
+}
+
+/// Triangles, and what is known from extracting them.
+struct Extracted {
+    mesh: Mesh,
+    voxel_grid: VoxelGrid,
+    lists: Option<CellPrograms>,
+    /// Bricks that were made for the mesh.
+    made: Option<Volume>,
+    /// The solid that the surface is offset from.
+    offset_from: Option<MeshSdf>,
 }
 
 /// Whether a volume's mesh has vertices at its outermost samples, where it ends. A clipped scene is known to be open.
