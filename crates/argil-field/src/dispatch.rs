@@ -1,8 +1,8 @@
 //! Selects the distance function of a shape: opcodes and the dispatch of both interpreters, from the table of
 //! shapes.
 
-use crate::combine::{combine_smooth, matters};
-use crate::eval_brush::{BrushParams, brush, mapped};
+use crate::combine::{combine_smooth, matters, union_smooth};
+use crate::eval_brush::{BrushParams, brush, mapped, translated};
 use crate::interpreter_state::{InterpreterState, words};
 use crate::relative_points::OCTAVES_WORD;
 use crate::scalar::{LANES, Real, SIMD_BLOCK, SimdBlock};
@@ -72,7 +72,7 @@ macro_rules! dispatch {
                 $(op::$shape => {
                     let w = words(&program.params, at);
                     let point = &r.point;
-                    brush::<R, _>(point, &mut r.acc, b, r.active, is_translation, w, shapes::$function);
+                    brush!(R, point, &mut r.acc, b, r.active, is_translation, w, shapes::$function);
                 })*
                 _ => curve_brush(r, program, op, b, at),
             }

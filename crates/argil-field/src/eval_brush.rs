@@ -1,9 +1,9 @@
 //! Evaluates one brush for a batch of points: place the points, measure, combine. These are the interpreter's hot
 //! loops.
 
-use crate::combine::{Joint, combine_smooth, union_smooth};
+use crate::combine::Joint;
 use crate::interpreter_state::words;
-use crate::scalar::{LANES, Real, SIMD_BLOCK};
+use crate::scalar::Real;
 use argil_abi as abi;
 
 pub(crate) const HEADER: usize = abi::BRUSH_HEADER_WORDS as usize;
@@ -36,7 +36,7 @@ impl BrushParams {
 }
 
 #[inline(always)]
-fn translated<R: Real>(p: [R; 3], m: &[f32; 12]) -> [R; 3] {
+pub(crate) fn translated<R: Real>(p: [R; 3], m: &[f32; 12]) -> [R; 3] {
     [p[0] + m[3], p[1] + m[7], p[2] + m[11]]
 }
 
@@ -50,55 +50,64 @@ pub(crate) fn mapped<R: Real>([x, y, z]: [R; 3], m: &[f32; 12]) -> [R; 3] {
 }
 
 /// The hot loop: place the points, measure, combine. A translated union, the common case, needs no scale and no
-/// signs.
-#[inline(always)]
-pub(crate) fn brush<R: Real, const N: usize>(
-    point: &[R::Lanes; 3],
-    acc: &mut R::Lanes,
-    b: &BrushParams,
-    active: usize,
-    is_translation: bool,
-    w: &[f32; N],
-    shape: impl Fn([R; 3], &[f32; N]) -> R,
-) {
-    let [xs, ys, zs] = point;
-    // Copies, so that the optimizer need not prove that the words and the lanes do not overlap.
-    let (m, w) = (b.m, *w);
-    let blocks = (active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
-    let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
-    match (is_translation, is_union) {
-        (true, true) => {
-            for block in 0..blocks {
-                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                    let d = shape(
-                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                        &w,
-                    );
-                    R::set(acc, i, union_smooth(R::get(acc, i), d, &b.joint));
+/// signs. It is a macro, because the compiler does not inline all functions that are arguments.
+macro_rules! brush {
+    ($numbers:ty, $point:expr, $acc:expr, $params:expr, $active:expr, $is_translation:expr, $words:expr, $shape:path) => {{
+        let [xs, ys, zs] = $point;
+        let (acc, b) = ($acc, $params);
+        // Copies, so that the optimizer need not prove that the words and the lanes do not overlap.
+        let (m, w) = (b.m, *$words);
+        let blocks = ($active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
+        let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
+        match ($is_translation, is_union) {
+            (true, true) => {
+                for block in 0..blocks {
+                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                        let p = [
+                            <$numbers>::get(xs, i),
+                            <$numbers>::get(ys, i),
+                            <$numbers>::get(zs, i),
+                        ];
+                        let d = $shape(translated(p, &m), &w);
+                        <$numbers>::set(acc, i, union_smooth(<$numbers>::get(acc, i), d, &b.joint));
+                    }
+                }
+            }
+            (true, false) => {
+                for block in 0..blocks {
+                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                        let p = [
+                            <$numbers>::get(xs, i),
+                            <$numbers>::get(ys, i),
+                            <$numbers>::get(zs, i),
+                        ];
+                        let d = $shape(translated(p, &m), &w);
+                        <$numbers>::set(
+                            acc,
+                            i,
+                            combine_smooth(<$numbers>::get(acc, i), d, &b.joint),
+                        );
+                    }
+                }
+            }
+            (false, _) => {
+                for block in 0..blocks {
+                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                        let p = [
+                            <$numbers>::get(xs, i),
+                            <$numbers>::get(ys, i),
+                            <$numbers>::get(zs, i),
+                        ];
+                        let d = $shape(mapped(p, &m), &w) * b.scale;
+                        <$numbers>::set(
+                            acc,
+                            i,
+                            combine_smooth(<$numbers>::get(acc, i), d, &b.joint),
+                        );
+                    }
                 }
             }
         }
-        (true, false) => {
-            for block in 0..blocks {
-                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                    let d = shape(
-                        translated([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                        &w,
-                    );
-                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
-                }
-            }
-        }
-        (false, _) => {
-            for block in 0..blocks {
-                for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                    let d = shape(
-                        mapped([R::get(xs, i), R::get(ys, i), R::get(zs, i)], &m),
-                        &w,
-                    ) * b.scale;
-                    R::set(acc, i, combine_smooth(R::get(acc, i), d, &b.joint));
-                }
-            }
-        }
-    }
+    }};
 }
+pub(crate) use brush;

@@ -114,10 +114,7 @@ fn changes_nothing(engine: &Engine) -> Result<(), Box<dyn std::error::Error>> {
         ("same", |scene| {
             let node = scene.node(Scene::ROOT).children()[1];
             let desc = scene.node(node).desc().clone();
-            scene.apply(Edit::Replace {
-                node,
-                desc: desc.into(),
-            })?;
+            scene.apply(Edit::Replace { node, desc })?;
             Ok(())
         }),
         ("away and back", |scene| {
