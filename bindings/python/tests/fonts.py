@@ -38,7 +38,7 @@ def font(glyphs: dict[str, Sequence[Polygon]]) -> bytes:
         ),
         b"hhea": struct.pack(">HHhhhHhhhhhh8xhH", 1, 0, 1000, 0, 0, 1000, 0, 0, 1000, 1, 0, 0, 0, count),
         b"hmtx": struct.pack(">Hh", 1000, 0) * count,
-        b"loca": struct.pack(f">{len(offsets)}I", *offsets),
+        b"loca": struct.pack(f">{len(offsets)}I", *offsets),  # typos: ignore
         b"maxp": struct.pack(">IH13H", 0x10000, count, 400, 16, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0),
     }
     at = 12 + 16 * len(tables)
