@@ -192,12 +192,12 @@ fn edits_that_cannot_be_done_are_named() {
     assert!(!std::path::Path::new(&volume).exists());
     std::fs::write(&edits, "{\"edit\": \"remove\", \"node\": 3}\n").expect("a file");
     fails(&run, 1, "edits.jsonl:1: column 28: node: invalid type");
-    let ball = r#"{"edit": "insert", "entry": {"shape": {"type": "sphere", "radiu": 0.1}}}"#;
+    let ball = r#"{"edit": "insert", "entry": {"shape": {"type": "sphere", "radiusx": 0.1}}}"#;
     std::fs::write(&edits, format!("\n{ball}\n")).expect("a file");
     fails(
         &run,
         1,
-        "edits.jsonl:2: column 58: entry.shape.radiu: unknown field `radiu`, expected `radius`; did you mean `radius`?",
+        "edits.jsonl:2: column 58: entry.shape.radiusx: unknown field `radiusx`, expected `radius`; did you mean `radius`?",
     );
     std::fs::write(&edits, [0xff, 0xfe, b'\n']).expect("a file");
     fails(&run, 1, "edits.jsonl:1");
