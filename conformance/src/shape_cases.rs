@@ -4,7 +4,7 @@ use crate::case::{SceneCase, one};
 use argil_math::Aabb;
 use argil_scene::{Brush, LoadedGrid, Path2, PathSegment, SampledGrid, Shape};
 use glam::Vec3;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// Returns a closed outline of lines and curves that is neither convex nor monotone.
 pub fn vase() -> Path2 {
@@ -27,6 +27,15 @@ pub fn vase() -> Path2 {
 
 /// Returns a sampled ring with a gap, like a sampled mesh.
 pub fn sampled() -> Shape {
+    static GRID: LazyLock<Arc<SampledGrid>> = LazyLock::new(|| Arc::new(sampled_ring()));
+    Shape::Mesh {
+        path: "cut ring.obj".into(),
+        resolution: 48,
+        grid: LoadedGrid(Some(GRID.clone())),
+    }
+}
+
+fn sampled_ring() -> SampledGrid {
     let measure = |points: &[Vec3], out: &mut [f32]| {
         for (p, out) in points.iter().zip(out) {
             let ring = glam::vec2(glam::vec2(p.x, p.z).length() - 0.5, p.y).length() - 0.2;
@@ -35,12 +44,7 @@ pub fn sampled() -> Shape {
     };
     let solid = Aabb::new(Vec3::new(-0.7, -0.2, -0.7), Vec3::new(0.36, 0.2, 0.7));
     let cells = glam::uvec3(5, 3, 6);
-    let grid = SampledGrid::sample(Vec3::new(-0.8, -0.4, -0.8), 0.27, cells, solid, &measure);
-    Shape::Mesh {
-        path: "cut ring.obj".into(),
-        resolution: 48,
-        grid: LoadedGrid(Some(Arc::new(grid))),
-    }
+    SampledGrid::sample(Vec3::new(-0.8, -0.4, -0.8), 0.27, cells, solid, &measure)
 }
 
 /// Returns ground with a step, a slope and a bump.

@@ -294,27 +294,30 @@ async fn refine(
         samples: 1,
         ..*settings
     };
-    // Small images ask for most of it.
+    // Small images ask for most of it. A large one that asks for nothing is the last, however long it takes.
     let mut is_small = true;
-    while remaining_ms() > 0.0 {
+    loop {
         if is_small {
             world.prefetch_async(&request.camera, &quick).await?;
         } else {
             world.render_async(&request.camera, &quick).await?;
         }
         let filled = world.fill_pages(remaining_ms())?;
-        if filled.answered == 0 && filled.pending > 0 {
+        let is_done = filled.answered == 0;
+        if is_done && filled.pending > 0 {
             // Tiles are on their way. On a page, they arrive only while nothing is drawn.
             return Ok(false);
         }
-        if filled.answered == 0 && !filled.is_full {
+        if is_done && !filled.is_full {
             if !is_small {
                 return Ok(true);
             }
             is_small = false;
+        } else if remaining_ms() <= 0.0 {
+            // In a full memory, no more becomes sharp.
+            return Ok(is_done);
         }
     }
-    Ok(false)
 }
 
 fn settings(world: &World, request: &RenderRequest) -> RenderSettings {

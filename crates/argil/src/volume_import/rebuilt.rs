@@ -1,9 +1,10 @@
 //! Distances to the surface of a lattice, which files store only in a band around it.
 
 use super::lattice::Lattice;
-use crate::{Engine, MeshOptions};
-use argil_mesh::{MeshNormals, MeshSdf};
+use argil_field::Program;
+use argil_mesh::{Mesh, MeshSdf, marching, project_to_field};
 use argil_scene::{DistanceSampler, SAMPLED_SIDE, SampledBlock, SampledGrid, Scene, Shape};
+use argil_volume::{BrickLayout, BrickSettings, Bricks, RESOLUTION_RANGE, VoxelGrid};
 use glam::Vec3;
 
 /// Most cells of a box whose distances are rebuilt, which takes a search for each.
@@ -21,21 +22,26 @@ pub(super) fn rebuilt(lattice: &Lattice, near: &SampledGrid) -> Option<SampledGr
     if cells.element_product() > MAX_CELLS {
         return None;
     }
-    let mut scene = Scene::new();
-    scene.push(Shape::sampled("volume", near.clone())).ok()?;
-    let options = MeshOptions {
-        voxel_size: Some(lattice.voxel_size),
-        normals: MeshNormals::None,
-        materials: false,
-        checks: false,
-        ..MeshOptions::default()
-    };
-    let world = Engine::cpu().build(&scene).ok()?.field();
-    let surface = world.mesh(&options).ok()?.mesh;
+    let surface = surface_of(near, lattice.voxel_size)?;
     let solid = MeshSdf::new(&surface).ok()?;
     let distances = RebuiltDistances { lattice, solid };
     let grid = SampledGrid::sample(region.min, cell, cells, near.solid(), &distances);
     grid.check().is_ok().then_some(grid)
+}
+
+/// Returns the triangles of the surface between samples.
+fn surface_of(samples: &SampledGrid, voxel_size: f32) -> Option<Mesh> {
+    let mut scene = Scene::new();
+    scene.push(Shape::sampled("volume", samples.clone())).ok()?;
+    let program = Program::lower(&scene).ok()?;
+    let grid =
+        VoxelGrid::with_voxel_size(program.aabb(), None, voxel_size, *RESOLUTION_RANGE.end())
+            .ok()?;
+    let layout = BrickLayout::new(grid, &BrickSettings::default()).ok()?;
+    let (bricks, programs, _) = Bricks::bake_with_programs(&program, layout, None).ok()?;
+    let mut marched = marching::bricks::march(&bricks);
+    project_to_field::project_to_field(&program, &programs, &mut marched, false);
+    Some(marched.mesh)
 }
 
 /// Distances to triangles, except near the surface.
