@@ -21,8 +21,9 @@ pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
         debug_assert_eq!(points.len(), out.len());
         out.fill(1.0);
     };
-    let nowhere = Aabb::new(Vec3::ZERO, Vec3::ZERO);
-    let grid = SampledGrid::sample(Vec3::splat(-0.5), 1.0, UVec3::ONE, nowhere, &far);
+    // Worlds need a box of some size.
+    let place = Aabb::centered(Vec3::splat(0.5));
+    let grid = SampledGrid::sample(place.min, 1.0, UVec3::ONE, place, &far);
     Arc::new(grid)
 }
 

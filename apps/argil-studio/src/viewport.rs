@@ -119,7 +119,9 @@ impl ViewState {
         };
         let wanted = request(full, true);
         if view.last.as_ref() == Some(&wanted) {
-            let is_whole = view.shown.iter().all(|shown| shown.picture.missing == 0);
+            // After a fault, what is shown is of an earlier scene.
+            let is_whole =
+                view.fault.is_some() || view.shown.iter().all(|shown| shown.picture.missing == 0);
             self.pictures.is_settled = is_whole;
             if !is_whole && !session.renderer.is_busy() {
                 session.renderer.draw(wanted);
