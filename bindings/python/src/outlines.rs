@@ -218,7 +218,7 @@ pub fn image_profile(
         let longest = half.max_element() * 2.0 * pixel;
         let spacing = longest / (half.max_element() * 2.0).clamp(16.0, 2000.0);
         let cell = spacing * SAMPLED_SIDE as f32;
-        let solid = Aabb::centered((half * pixel).extend(0.5 * cell));
+        let solid = box_of_set(pixels, columns, pixel, 0.5 * cell);
         let region = Aabb::centered((half * pixel + 2.0 * spacing).extend(0.5 * cell));
         let cells = (region.size() / cell - 1e-3)
             .ceil()
@@ -235,4 +235,22 @@ pub fn image_profile(
     grid.check()
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(Node::new(Tree::Shape(named(grid))))
+}
+
+/// Returns the box of the pixels that are set, with half a pixel of room, as far as the image goes.
+fn box_of_set(pixels: &[bool], columns: usize, pixel: f32, half_depth: f32) -> Aabb {
+    let size = Vec2::new(columns as f32, (pixels.len() / columns) as f32);
+    let set = (0..pixels.len()).filter(|&i| pixels[i]);
+    let (low, high) = set.fold((size, Vec2::ZERO), |(low, high), i| {
+        let at = Vec2::new((i % columns) as f32, (i / columns) as f32);
+        (low.min(at), high.max(at + 1.0))
+    });
+    let (low, high) = ((low - 0.5).max(Vec2::ZERO), (high + 0.5).min(size));
+    // Rows run downward.
+    let [left, right] = [low.x, high.x].map(|x| (x - 0.5 * size.x) * pixel);
+    let [bottom, top] = [high.y, low.y].map(|y| (0.5 * size.y - y) * pixel);
+    Aabb::new(
+        Vec3::new(left, bottom, -half_depth),
+        Vec3::new(right, top, half_depth),
+    )
 }

@@ -89,8 +89,8 @@ def test_meshes_are_closed_and_on_the_surface(name: str) -> None:
     mesh = solid.mesh(samples=60_000)
     assert mesh.is_watertight
     off = np.abs(solid.distance(mesh.vertices)) / mesh.voxel_size
-    # At creases, one step along an edge does not find the surface.
-    assert np.mean(off) < 0.01 and off.max() < 0.3
+    # At creases, and where distances are bounds, one step along an edge does not find the surface.
+    assert np.mean(off) < 0.02 and off.max() < 0.3
     low, high = solid.bounds
     assert np.all(mesh.vertices.min(axis=0) >= np.array(low) - 1e-4)
     assert np.all(mesh.vertices.max(axis=0) <= np.array(high) + 1e-4)
