@@ -333,9 +333,13 @@ impl Journal {
     /// # Errors
     /// If the file cannot be removed.
     pub fn remove(self) -> Result<(), JournalError> {
-        let Self { path, file, .. } = self;
-        drop(file);
+        // Windows removes no open file: the journal is closed here.
+        let path = self.into_path();
         std::fs::remove_file(&path).map_err(|source| JournalError::Io { path, source })
+    }
+
+    fn into_path(self) -> PathBuf {
+        self.path
     }
 }
 

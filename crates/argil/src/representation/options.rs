@@ -102,9 +102,12 @@ impl BuildTimings {
 
 /// What a world stores.
 #[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "worlds are few, and hold megabytes elsewhere"
+#[cfg_attr(
+    target_pointer_width = "64",
+    expect(
+        clippy::large_enum_variant,
+        reason = "worlds are few, and hold megabytes elsewhere"
+    )
 )]
 pub(crate) enum Storage {
     Field,
