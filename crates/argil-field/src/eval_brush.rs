@@ -60,54 +60,29 @@ macro_rules! brush {
         let blocks = ($active / SIMD_BLOCK).min(LANES / SIMD_BLOCK);
         let is_union = b.joint.sa > 0.0 && b.joint.sb > 0.0;
         match ($is_translation, is_union) {
-            (true, true) => {
-                for block in 0..blocks {
-                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                        let p = [
-                            <$numbers>::get(xs, i),
-                            <$numbers>::get(ys, i),
-                            <$numbers>::get(zs, i),
-                        ];
-                        let d = $shape(translated(p, &m), &w);
-                        <$numbers>::set(acc, i, union_smooth(<$numbers>::get(acc, i), d, &b.joint));
-                    }
-                }
-            }
-            (true, false) => {
-                for block in 0..blocks {
-                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                        let p = [
-                            <$numbers>::get(xs, i),
-                            <$numbers>::get(ys, i),
-                            <$numbers>::get(zs, i),
-                        ];
-                        let d = $shape(translated(p, &m), &w);
-                        <$numbers>::set(
-                            acc,
-                            i,
-                            combine_smooth(<$numbers>::get(acc, i), d, &b.joint),
-                        );
-                    }
-                }
-            }
-            (false, _) => {
-                for block in 0..blocks {
-                    for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
-                        let p = [
-                            <$numbers>::get(xs, i),
-                            <$numbers>::get(ys, i),
-                            <$numbers>::get(zs, i),
-                        ];
-                        let d = $shape(mapped(p, &m), &w) * b.scale;
-                        <$numbers>::set(
-                            acc,
-                            i,
-                            combine_smooth(<$numbers>::get(acc, i), d, &b.joint),
-                        );
-                    }
-                }
-            }
+            (true, true) => brush!(@points $numbers, [xs, ys, zs], acc, blocks, |p, before| {
+                union_smooth(before, $shape(translated(p, &m), &w), &b.joint)
+            }),
+            (true, false) => brush!(@points $numbers, [xs, ys, zs], acc, blocks, |p, before| {
+                combine_smooth(before, $shape(translated(p, &m), &w), &b.joint)
+            }),
+            (false, _) => brush!(@points $numbers, [xs, ys, zs], acc, blocks, |p, before| {
+                combine_smooth(before, $shape(mapped(p, &m), &w) * b.scale, &b.joint)
+            }),
         }
     }};
+    (@points $numbers:ty, [$x:ident, $y:ident, $z:ident], $acc:ident, $blocks:ident, |$p:ident, $before:ident| $after:block) => {
+        for block in 0..$blocks {
+            for i in block * SIMD_BLOCK..(block + 1) * SIMD_BLOCK {
+                let $p = [
+                    <$numbers>::get($x, i),
+                    <$numbers>::get($y, i),
+                    <$numbers>::get($z, i),
+                ];
+                let $before = <$numbers>::get($acc, i);
+                <$numbers>::set($acc, i, $after);
+            }
+        }
+    };
 }
 pub(crate) use brush;
