@@ -1,25 +1,23 @@
 //! Signed distances to triangles.
 
 mod block;
-mod packet;
+mod leaf;
 mod sample;
 mod tree;
+mod wide;
 
 use crate::repair::{RepairReport, repair};
 use crate::{Mesh, MeshReadError};
 use argil_math::Aabb;
 use glam::Vec3;
 use multiversion::multiversion;
-use packet::PacketSearch;
 use rayon::prelude::*;
 use tree::Bvh;
+use wide::NearestSearch;
 
 /// Minimum of the longest side of a box: fourth powers of its triangles' sides must not underflow.
 const MIN_SIZE: f32 = 1e-4;
 const MAX_SIZE: f32 = 1e5;
-
-/// Points that are searched together.
-const PACKET: usize = 32;
 
 /// Points that a thread measures at once.
 const CHUNK: usize = 1024;
@@ -147,12 +145,10 @@ impl MeshSdf {
 
     #[inline(always)]
     fn measure(&self, points: &[Vec3], out: &mut [f32]) {
-        let mut search = PacketSearch::new(&self.surface);
-        for (points, out) in points.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
-            search.distances(points, out);
-        }
+        let mut search = NearestSearch::new(&self.surface.nearest);
         let mut before: Option<(Vec3, f32)> = None;
         for (&p, out) in points.iter().zip(out) {
+            *out = search.distance(p);
             let way = before.map_or(f32::INFINITY, |(q, _)| p.distance(q));
             let is_in = match before {
                 // Both are in free spheres that touch.

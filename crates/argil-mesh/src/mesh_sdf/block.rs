@@ -1,39 +1,22 @@
 //! Computes the distances of a block of samples.
 //!
-//! *Practice.* 3³ points are searched together. Signs spread from the block's corners between points whose free spheres touch.
+//! *Practice.* Signs spread from the block's corners between points whose free spheres touch.
 //! Only points that none reaches need a winding number.
 
 use super::MeshSdf;
-use super::packet::PacketSearch;
+use super::wide::NearestSearch;
 use argil_scene::{SAMPLED_SIDE, SampledBlock};
-use glam::{UVec3, Vec3, uvec3};
+use glam::{UVec3, uvec3};
 
 /// Points along a block's side.
 const SIDE: usize = SAMPLED_SIDE as usize + 1;
 const POINTS: usize = SIDE * SIDE * SIDE;
-/// Points along the side of a packet.
-const PART: usize = 3;
-const PACKET: usize = PART * PART * PART;
-
-const _: () = assert!(SIDE.is_multiple_of(PART));
 
 #[inline(always)]
 pub(super) fn measure(solid: &MeshSdf, block: &SampledBlock, out: &mut [f32]) {
-    let mut search = PacketSearch::new(&solid.surface);
-    let parts = SIDE / PART;
-    for part in 0..parts * parts * parts {
-        let first = PART * (part % parts)
-            + SIDE * PART * (part / parts % parts)
-            + SIDE * SIDE * PART * (part / parts / parts);
-        let index = |i: usize| {
-            first + i % PART + SIDE * (i / PART % PART) + SIDE * SIDE * (i / PART / PART)
-        };
-        let points: [Vec3; PACKET] = std::array::from_fn(|i| block.position(index(i)));
-        let mut distances = [0.0; PACKET];
-        search.distances(&points, &mut distances);
-        for (i, d) in distances.into_iter().enumerate() {
-            out[index(i)] = d;
-        }
+    let mut search = NearestSearch::new(&solid.surface.nearest);
+    for (at, out) in out.iter_mut().enumerate() {
+        *out = search.distance(block.position(at));
     }
     signs(solid, block, out);
 }

@@ -1,5 +1,6 @@
 //! Samples a mesh's distances in a grid.
 
+use super::wide::NearestSearch;
 use super::{MeshSdf, block};
 use crate::MeshReadError;
 use argil_math::Control;
@@ -78,7 +79,7 @@ impl DistanceSampler for MeshSdf {
     }
 
     fn unsigned_distance(&self, point: Vec3) -> f32 {
-        self.surface.nearest(point, 0, &mut Vec::new()).0
+        NearestSearch::new(&self.surface.nearest).distance(point)
     }
 
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
