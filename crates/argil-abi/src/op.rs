@@ -82,6 +82,18 @@ constants! { FLAGS:
     TEXTURES_SHIFT = 8;
     /// Words before a shape's own parameters: 12 of an affine map, then scale, k, 1/(4k), sa, sb, sr.
     BRUSH_HEADER_WORDS = 18;
+    /// An instruction's parameters begin at a multiple of this, so that a device can load as many at once.
+    PARAMS_ALIGNMENT = 4;
+    /// A word of a list for three points at once: the bits of its opcode.
+    COLUMN_OPCODE_MASK = 127;
+    /// The map from the points to the shape is a translation, and the scale is 1.
+    COLUMN_TRANSLATION = 128;
+    /// The shape is added.
+    COLUMN_UNION = 256;
+    /// The accumulator is `a` and the saved value is `b`, instead of the reverse.
+    COLUMN_SWAPPED = 512;
+    /// The position of the record at which the parameters begin.
+    COLUMN_RECORD_SHIFT = 12;
     /// Words of a path's segment: kind, three points, one spare.
     PIECE_WORDS = 8;
     /// Words of the head of a sampled grid's level.

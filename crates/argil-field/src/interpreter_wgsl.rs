@@ -5,6 +5,7 @@
 //!
 //! A hardware GPU keeps a short stack in registers. A longer one is in memory, and each access takes a load or a store.
 
+use crate::column_wgsl::{column_wgsl, list_constants};
 use crate::dispatch::wgsl_dispatch;
 use crate::{OpcodeSet, Program, WGSL_COMMON};
 use argil_abi::{self as abi, GPU_STACK_SLOTS};
@@ -95,7 +96,18 @@ impl Interpreter {
     /// `lists: array<u32>`, and `pruned` derives others from it. The module must also declare `prune: PruneUniform`
     /// and `counters: array<atomic<u32>>`.
     pub fn pruning_wgsl(self) -> String {
-        self.text() + include_str!("prune.wgsl")
+        self.text()
+            + &list_constants(self.opcodes, self.stack_slots)
+            + include_str!("prune.wgsl")
+            + include_str!("column_lists.wgsl")
+    }
+
+    /// Returns the WGSL that evaluates three points of a column at once, by the lists for them that `column_of` in
+    /// [`Interpreter::pruning_wgsl`] writes. The module must declare `records: array<vec4<f32>>`, which are a program's
+    /// parameters, and `lists: array<u32>`, and include `argil_abi::wgsl`. Returns `None` if the interpreter has no shape
+    /// that is common.
+    pub fn column_wgsl(self) -> Option<String> {
+        column_wgsl(self.opcodes, self.stack_slots)
     }
 
     fn text(self) -> String {

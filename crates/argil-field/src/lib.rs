@@ -4,6 +4,7 @@
 mod bounded_group;
 mod bounds;
 mod coinciding_copies;
+mod column_wgsl;
 mod combine;
 mod copy_loops;
 mod curves;

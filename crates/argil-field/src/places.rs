@@ -11,8 +11,8 @@ use argil_abi::{self as abi, Instruction};
 use argil_math::Aabb;
 use glam::{DAffine3, DVec3};
 
-/// Words of a place. They precede the words of a map.
-pub(crate) const PLACE_WORDS: usize = 9;
+/// Words of a place: nine, and three spare ones. They precede the words of a map.
+pub(crate) const PLACE_WORDS: usize = 12;
 
 /// Returns the number of words in front of an instruction's own.
 pub(crate) fn place_words_of(instr: &Instruction) -> u32 {

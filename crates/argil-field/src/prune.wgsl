@@ -106,6 +106,7 @@ fn choose() -> u32 {
     // The open loops, which stay or go as one.
     var loops = 0u;
     var place = list.y;
+    begin_column();
     while place > 0u {
         place--;
         let instr = instructions[listed(place)];
@@ -175,6 +176,9 @@ fn choose() -> u32 {
         }
         write_mark(place, select(0u, STAYS, stays));
         count += select(0u, 1u, stays);
+        if stays {
+            note_column(instr);
+        }
     }
     return count;
 }

@@ -21,7 +21,7 @@ use self::build::{BrickBuilder, volume_of};
 use self::cells::GpuCellTable;
 use self::download::read;
 use self::light::GpuLight;
-use self::passes::{build_module, plan_module};
+use self::passes::{build_module, columns_module, plan_module};
 use self::pool_accounting::PoolAccounting;
 use self::repack::repack_module;
 use self::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
@@ -38,7 +38,7 @@ use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{BrickUniform, FrameUniform};
-use argil_field::Program;
+use argil_field::{Interpreter, Program};
 use argil_math::Control;
 use argil_volume::{
     BrickInfo, BrickLayout, BrickPendingEdits, Bricks, EditStats, Levels, PendingEdits, Volume,
@@ -103,15 +103,15 @@ pub(crate) fn brick_ways() -> [&'static TraceMode; 2] {
 
 /// Describes the modules that build bricks of a size.
 pub(crate) fn brick_modules(
-    pruning_wgsl: &str,
+    interpreter: Interpreter,
     texels: TexelFormat,
     brick_size_voxels: u32,
 ) -> Vec<PassModule> {
-    vec![
-        build_module(pruning_wgsl, texels, brick_size_voxels),
-        plan_module(),
-        repack_module(texels),
-    ]
+    let build = build_module(&interpreter.pruning_wgsl(), texels, brick_size_voxels);
+    let mut all = vec![build, plan_module(), repack_module(texels)];
+    let columns = interpreter.column_wgsl();
+    all.extend(columns.map(|text| columns_module(&text, texels, brick_size_voxels)));
+    all
 }
 
 impl VolumeTables for BrickTables {

@@ -256,6 +256,11 @@ impl GpuProgram {
         self.interpreter.pruning_wgsl()
     }
 
+    /// Returns the WGSL that evaluates three points of a column at once, if any shape of the program is common.
+    pub(crate) fn column_wgsl(&self) -> Option<String> {
+        self.interpreter.column_wgsl()
+    }
+
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
         self.bindings_with(&self.instructions)
     }

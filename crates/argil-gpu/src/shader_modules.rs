@@ -74,7 +74,7 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
     let texels = TexelFormat::Plain(SampleFormat::Snorm8);
     // What every hardware device can do.
     let side = tile_side_within(256, dense::TILE);
-    let mut all = brick_modules(&interpreter.pruning_wgsl(), texels, DEFAULT_BRICK);
+    let mut all = brick_modules(interpreter, texels, DEFAULT_BRICK);
     all.extend([
         dense::fill_module(&field, texels, side),
         octree::select_module(&field),

@@ -1,17 +1,6 @@
-// GPU version of fill.rs: writes distances to a level's texture, `texels`. `fill` is the bound uniform.
+// GPU version of fill.rs: writes distances to a level's texture, `texels`.
 
 override TILE_SIDE: u32 = 16u;
-
-// GPU version of integer_of in encoding.rs. The stored value is the integer over the quanta.
-fn encode(d: f32) -> vec4<f32> {
-    let quanta = f32(fill.max_code);
-    let bias = fill.first_bias.w;
-    let scale = fill.spacing_scale.w;
-    let is_signed = bias == 0.0;
-    let value = select((abs(d) - bias) * scale, d * scale, is_signed);
-    let q = floor(clamp(value, -quanta, quanta) + select(0.0, 0.5, is_signed));
-    return vec4(q / quanta, 0.0, 0.0, 0.0);
-}
 
 fn fill_texel(texel: vec3<u32>) {
     if texel.x >= fill.size_x || texel.y >= fill.size_y || texel.z >= fill.size_z {

@@ -50,7 +50,7 @@ pub use voxel_grid::{
 /// The WGSL twins of the passes that build a volume.
 pub mod wgsl {
     /// Samples a level of a texture: `fill_naive` and `fill_tiled`.
-    pub const BAKE_LEVEL: &str = include_str!("fill.wgsl");
+    pub const BAKE_LEVEL: &str = concat!(include_str!("encode.wgsl"), include_str!("fill.wgsl"));
     /// Selects bricks of an octree: `select_bits` and `select_list`.
     pub const OCTREE_SELECT: &str = include_str!("octree/select.wgsl");
     /// Lists bricks in ascending order (`compact`, `rank`), and builds the tree above them (`build`).
@@ -64,11 +64,21 @@ pub mod wgsl {
     pub const BRICK_MATERIALS: &str = include_str!("bricks/material.wgsl");
     /// Builds sparse bricks: lists, `measure`, `fill_bricks`, `fill_materials`, `mark_empty_blocks` and `release_freed`.
     pub const BRICK_BUILD: &str = concat!(
+        include_str!("encode.wgsl"),
         include_str!("bricks/build.wgsl"),
+        include_str!("bricks/lists.wgsl"),
         include_str!("bricks/measure.wgsl"),
+        include_str!("bricks/settle.wgsl"),
         include_str!("bricks/fill.wgsl"),
         include_str!("bricks/material_bake.wgsl"),
         include_str!("bricks/release.wgsl")
+    );
+    /// Samples sparse bricks by columns of samples: `fill_columns`.
+    pub const BRICK_COLUMNS: &str = concat!(
+        include_str!("encode.wgsl"),
+        include_str!("bricks/build.wgsl"),
+        include_str!("bricks/settle.wgsl"),
+        include_str!("bricks/fill_columns.wgsl")
     );
     /// Plans the dispatches of a build of sparse bricks: `plan`.
     pub const BRICK_PLAN: &str = include_str!("bricks/dispatches.wgsl");

@@ -1,7 +1,7 @@
 //! The frame of a node, and its joint with what comes before it.
 
 use super::error::LowerError;
-use super::params::keep;
+use super::params::{align, keep};
 use argil_abi::{self as abi, Instruction};
 use argil_scene::{
     BlendProfile, Extent, Extents, Modifier, NodeDesc, NodeId, Operator, OperatorKind, Scene,
@@ -45,6 +45,8 @@ impl EnclosingGroup {
             map(scene, node, modifier, &mut frame)?;
         }
         let (flags, words) = combine_words(entry, within, false);
+        let mut params = words.to_vec();
+        align(&mut params);
         Ok(Self {
             frame,
             open: Instruction {
@@ -56,7 +58,7 @@ impl EnclosingGroup {
                 flags,
                 ..Instruction::default()
             },
-            params: words.to_vec(),
+            params,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::error::LowerError;
 use super::frame::{Frame, combine_words, extent_in_world};
-use super::params::is_single;
+use super::params::{align, is_single};
 use crate::node_map::NodeMap;
 use crate::pieces::scaled;
 use crate::places::place_words;
@@ -193,6 +193,7 @@ impl<'a> Lowering<'a> {
     pub(super) fn with(&mut self, op: u32, words: &[f32]) -> Instruction {
         let params = self.program.params.len() as u32;
         self.program.params.extend_from_slice(words);
+        align(&mut self.program.params);
         Instruction {
             op,
             params,

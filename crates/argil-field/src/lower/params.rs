@@ -5,6 +5,14 @@ use argil_abi::{self as abi};
 use argil_scene::{BlendProfile, Modifier, NodeDesc, NodeKind, OperatorKind};
 use glam::{DAffine3, DVec3};
 
+/// Lets the next instruction's parameters begin at a multiple of [`abi::PARAMS_ALIGNMENT`].
+pub(super) fn align(params: &mut Vec<f32>) {
+    let end = params
+        .len()
+        .next_multiple_of(abi::PARAMS_ALIGNMENT as usize);
+    params.resize(end, 0.0);
+}
+
 /// Whether a node is one instruction: a shape that is only transformed, with a smooth or hard joint.
 pub(super) fn is_single(entry: &NodeDesc) -> bool {
     let smooth = entry.operator.profile == BlendProfile::Smooth || entry.operator.blend == 0.0;

@@ -8,7 +8,10 @@ use argil_field::Program;
 use argil_volume::{BLOCK_WORDS, BrickLayout};
 
 /// Words reserved for lists: per instruction, and per cell.
-const WORDS: [u64; 2] = [16, 32];
+const WORDS: [u64; 2] = [16, 48];
+
+/// Words of a cell's list: where it begins, its length, and where its words for columns begin.
+const CELL_LIST_WORDS: u64 = 3;
 
 /// Blocks with their programs.
 #[derive(Default)]
@@ -72,7 +75,7 @@ impl BlockTables {
     ) -> Result<PruneUniform, GpuError> {
         let (count, cells) = (self.slots.len() as u64, self.cells());
         let [per_instr, per_cell] = WORDS;
-        let bounds_first = 5 * count + 2 * cells;
+        let bounds_first = 5 * count + CELL_LIST_WORDS * cells;
         let head = bounds_first + BLOCK_WORDS as u64 * count;
         let room = ArenaRequest {
             head,

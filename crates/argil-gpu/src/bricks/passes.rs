@@ -3,8 +3,8 @@
 use super::build_tables::{BrickTargets, EditScratch};
 use super::repack::RepackPass;
 use crate::bindings::{
-    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS, PRUNE,
-    TABLES_WGSL, TEXELS, VOLUME, entry,
+    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS,
+    PARAMS, PRUNE, TABLES_WGSL, TEXELS, VOLUME, entry,
 };
 use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
@@ -23,6 +23,8 @@ const WORK_PER_DISPATCH: u64 = 4_000_000_000;
 const MAX_BRICKS_PER_DISPATCH: u64 = 32_768;
 /// Threads that sample a brick.
 const BRICK_GROUP: u32 = 256;
+/// Threads that sample a brick by columns.
+const COLUMN_GROUP: u32 = 243;
 
 /// The cost of pruning, in evaluations.
 const EVALUATIONS_TO_PRUNE: u64 = 4;
@@ -34,8 +36,18 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(BIND_BRICK_MATERIALS) var<storage, read_write> brick_materials: array<u32>;
 @group(0) @binding(BIND_CANDIDATES) var<storage, read_write> near_cells: array<u32>;
 @group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
-@group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
 @group(0) @binding(BIND_PRUNE) var<uniform> prune: PruneUniform;
+";
+
+/// Lists that passes write.
+const LISTS_WGSL: &str = "
+@group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
+";
+
+/// Lists that a pass only reads, and parameters, four at a time: a device loads them once for all threads.
+const READ_LISTS_WGSL: &str = "
+@group(0) @binding(BIND_LISTS) var<storage, read> lists: array<u32>;
+@group(0) @binding(BIND_PARAMS) var<storage, read> records: array<vec4<f32>>;
 ";
 
 const PLAN_BINDS_WGSL: &str = "
@@ -63,8 +75,8 @@ pub(crate) fn build_module(
         TABLES_WGSL,
         &crate::dense::target_wgsl(texels),
         BINDS_WGSL,
+        LISTS_WGSL,
         pruning_wgsl,
-        wgsl::BAKE_LEVEL,
         wgsl::BRICK_CELLS,
         wgsl::BRICK_MATERIALS,
         wgsl::BRICK_BUILD,
@@ -98,6 +110,48 @@ pub(crate) fn build_module(
     )
 }
 
+/// Describes the pass that samples bricks of a size by columns, from the interpreter for those.
+pub(crate) fn columns_module(
+    column_wgsl: &str,
+    texels: TexelFormat,
+    brick_size_voxels: u32,
+) -> PassModule {
+    let side = brick_size_voxels + 1;
+    let columns = (side * side * side.div_ceil(3)).div_ceil(COLUMN_GROUP);
+    let columns = format!("const COLUMNS_PER_THREAD: u32 = {columns}u;\n");
+    let source = [
+        &argil_abi::wgsl(),
+        &columns,
+        &crate::dense::target_wgsl(texels),
+        BINDS_WGSL,
+        READ_LISTS_WGSL,
+        column_wgsl,
+        wgsl::BRICK_CELLS,
+        wgsl::BRICK_MATERIALS,
+        wgsl::BRICK_COLUMNS,
+    ];
+    let binds = vec![
+        Bind::Read(PARAMS),
+        Bind::Uniform(VOLUME),
+        Bind::Uniform(FILL),
+        Bind::Target(TEXELS, texels.format()),
+        Bind::Write(CELLS),
+        Bind::Write(CANDIDATES),
+        Bind::Write(COUNTERS),
+        Bind::Write(BRICK_MATERIALS),
+        Bind::Read(LISTS),
+        Bind::Uniform(PRUNE),
+    ];
+    let constants = [("COLUMN_GROUP", f64::from(COLUMN_GROUP))];
+    PassModule::new(
+        "Bricks::columns",
+        &source,
+        binds,
+        &constants,
+        &["fill_columns"],
+    )
+}
+
 /// Describes the pass that plans dispatches. It has a module of its own, because an indirect dispatch's arguments must not
 /// be bound in the same pass.
 pub(crate) fn plan_module() -> PassModule {
@@ -113,6 +167,8 @@ pub(crate) fn plan_module() -> PassModule {
 /// The passes that build bricks.
 pub(crate) struct BrickPasses {
     build: Passes,
+    /// Nothing where no shape of the program is common.
+    columns: Option<Passes>,
     plan: Passes,
     /// Moves bricks from one pool to another.
     pub(super) repack: RepackPass,
@@ -132,8 +188,11 @@ impl BrickPasses {
     fn new(field: &GpuProgram, bits: SampleFormat, side: u32) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let build = build_module(&field.pruning_wgsl(), gpu.texels(bits), side);
+        let columns = field.column_wgsl();
+        let columns = columns.map(|text| columns_module(&text, gpu.texels(bits), side));
         Ok(Self {
             build: Passes::new(gpu, build)?,
+            columns: columns.map(|module| Passes::new(gpu, module)).transpose()?,
             plan: Passes::new(gpu, plan_module())?,
             repack: RepackPass::new(gpu, bits)?,
         })
@@ -188,14 +247,21 @@ fn rows(groups: u32) -> DispatchSize<'static> {
     ])
 }
 
-/// Returns the bind groups of a build, and the size of its plan.
+/// What the passes of a build read and write.
+struct BuildGroups {
+    build: wgpu::BindGroup,
+    columns: Option<wgpu::BindGroup>,
+    plan: wgpu::BindGroup,
+}
+
+/// Returns the bind groups of a build.
 fn groups_of(
     field: &GpuProgram,
     scratch: &EditScratch,
     site: &BrickTargets<'_>,
     order: &BuildParams<'_>,
     passes: &BrickPasses,
-) -> Result<(wgpu::BindGroup, wgpu::BindGroup), GpuError> {
+) -> Result<BuildGroups, GpuError> {
     let gpu = field.gpu();
     let view = site
         .texture
@@ -212,21 +278,24 @@ fn groups_of(
         });
         entries.extend(site.cells.binding(CELLS));
         entries.extend(scratch.candidates.binding(CANDIDATES));
-        entries.extend(site.counters.binding(COUNTERS));
-        entries.extend(site.materials.binding(BRICK_MATERIALS));
-        let group = |label, layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(label),
-                layout,
-                entries,
-            })
-        };
-        let bind_group = group("Bricks::build", &passes.build.layout, &entries);
-        let mut entries = vec![entry(VOLUME, &scratch.words)];
         entries.extend(scratch.arguments.binding(ARGUMENTS));
         entries.extend(site.counters.binding(COUNTERS));
-        let plan_group = group("Bricks::plan", &passes.plan.layout, &entries);
-        (bind_group, plan_group)
+        entries.extend(site.materials.binding(BRICK_MATERIALS));
+        let group = |label, passes: &Passes| {
+            let has = |place: u32| passes.places().any(|own| own == place);
+            let own = entries.iter().filter(|own| has(own.binding));
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout: &passes.layout,
+                entries: &own.cloned().collect::<Vec<_>>(),
+            })
+        };
+        let columns = passes.columns.as_ref();
+        BuildGroups {
+            build: group("Bricks::build", &passes.build),
+            columns: columns.map(|own| group("Bricks::columns", own)),
+            plan: group("Bricks::plan", &passes.plan),
+        }
     })
 }
 
@@ -246,15 +315,16 @@ pub(super) async fn encode_build(
     scratch.reserve_arguments(gpu, order.words.chunks)?;
     gpu.queue
         .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
-    let (bind_group, plan_group) = groups_of(field, scratch, site, order, &passes)?;
+    let bound = groups_of(field, scratch, site, order, &passes)?;
+    let bind_group = &bound.build;
     gpu.queue
         .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
     let groups = rows((order.length as u32).div_ceil(64).max(1));
     recorder
-        .pass("prune", build("begin_lists")?, &bind_group, groups)
+        .pass("prune", build("begin_lists")?, bind_group, groups)
         .await?;
     recorder
-        .pass("measure", build("measure")?, &bind_group, rows(last.count))
+        .pass("measure", build("measure")?, bind_group, rows(last.count))
         .await?;
     if last.build_mode == abi::BUILD_COUNT_ONLY {
         return Ok(());
@@ -264,7 +334,7 @@ pub(super) async fn encode_build(
         .pass(
             "measure",
             passes.plan.get(gpu, "plan")?,
-            &plan_group,
+            &bound.plan,
             groups,
         )
         .await?;
@@ -288,25 +358,30 @@ pub(super) async fn encode_build(
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk) + 12);
         recorder
-            .pass("prune", build("prune_cells")?, &bind_group, groups)
+            .pass("prune", build("prune_cells")?, bind_group, groups)
             .await?;
         let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk));
         recorder
-            .pass("fill", build("fill_bricks")?, &bind_group, groups)
+            .pass("fill", build("fill_bricks")?, bind_group, groups)
             .await?;
+        if let (Some(columns), Some(group)) = (&passes.columns, &bound.columns) {
+            recorder
+                .pass("fill", columns.get(gpu, "fill_columns")?, group, groups)
+                .await?;
+        }
         if order.mixes {
             recorder
-                .pass("materials", build("fill_materials")?, &bind_group, groups)
+                .pass("materials", build("fill_materials")?, bind_group, groups)
                 .await?;
         }
     }
     let groups = rows(last.count.div_ceil(64));
     recorder
-        .pass("release", build("mark_empty_blocks")?, &bind_group, groups)
+        .pass("release", build("mark_empty_blocks")?, bind_group, groups)
         .await?;
     let groups = DispatchSize::Direct([1, 1, 1]);
     recorder
-        .pass("release", build("release_freed")?, &bind_group, groups)
+        .pass("release", build("release_freed")?, bind_group, groups)
         .await?;
     Ok(())
 }

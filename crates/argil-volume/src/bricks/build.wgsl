@@ -2,8 +2,9 @@
 // evaluated with its list; then the bricks that may contain the surface are sampled with lists of their own. Freed
 // bricks return to the pool at the end.
 
-// Cells that a group evaluates, and threads that sample a brick.
-override BRICK_GROUP: u32 = 256u;
+// Words of a cell's list: where it begins, its length, and where its words for three points at once begin.
+const CELL_LIST_WORDS: u32 = 3u;
+const NO_COLUMN: u32 = 0xffffffffu;
 
 // Bounds on distances in the nth block: see BLOCK_WORDS.
 struct BlockBounds {
@@ -61,11 +62,6 @@ fn list_range_at(at: u32) -> vec2<u32> {
     return vec2(lists[at], lists[at + 1u]);
 }
 
-fn store_list_range(at: u32, list_range: vec2<u32>) {
-    lists[at] = list_range.x;
-    lists[at + 1u] = list_range.y;
-}
-
 // Returns the slot of the nth block.
 fn block_of(nth: u32) -> u32 {
     return lists[prune.blocks_at + nth];
@@ -84,9 +80,17 @@ fn cell_index_of(measured: u32) -> u32 {
 // Returns the nth list.
 fn list_range_of(nth: u32) -> vec2<u32> {
     if nth < prune.cells_room {
-        return list_range_at(prune.cells_first + 2u * nth);
+        return list_range_at(prune.cells_first + CELL_LIST_WORDS * nth);
     }
     return list_range_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
+}
+
+// Returns where the nth list's words for three points at once begin, or NO_COLUMN.
+fn column_first_of(nth: u32) -> u32 {
+    if nth < prune.cells_room {
+        return lists[prune.cells_first + CELL_LIST_WORDS * nth + 2u];
+    }
+    return NO_COLUMN;
 }
 
 // Takes a slot of the pool, or of the materials of mixed bricks. Free slots come first.
@@ -122,29 +126,4 @@ fn free_brick(word: u32) {
     near_cells[prune.freed_first + place] = number;
     atomicAdd(&counters[COUNTER_REMOVED], 1u);
     free_mixed(brick_materials[number]);
-}
-
-// Prunes a list to `side` cells from a cell on.
-fn pruned_in(cell: vec3<i32>, side: u32, whole: vec2<u32>, jump: f32) -> vec2<u32> {
-    let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
-    let center = volume.corner + (vec3<f32>(cell) + 0.5 * f32(side)) * edge;
-    let change = 1.00001 * volume.lipschitz * volume.max_center_distance * f32(side);
-    return pruned(center, whole, 2.0 * (change + prune.slack + jump));
-}
-
-// Resets the list of all instructions and the counters.
-@compute @workgroup_size(64)
-fn begin_lists(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let at = group_index(id, count) * 64u + local;
-    if at < arrayLength(&instructions) {
-        lists[prune.arena_first + at] = at;
-    }
-    if at == 0u {
-        atomicStore(&counters[COUNTER_LISTS], arrayLength(&instructions));
-        atomicStore(&counters[COUNTER_CANDIDATES], 0u);
-        atomicStore(&counters[COUNTER_BRICKS], 0u);
-        atomicStore(&counters[COUNTER_MIXED], 0u);
-        atomicStore(&counters[COUNTER_FREED], 0u);
-        atomicStore(&counters[COUNTER_FREED_MIXED], 0u);
-    }
 }

@@ -1,19 +1,5 @@
 // GPU version of candidates.rs: evaluates cells with the lists of their blocks.
 
-// Makes the lists of cells that may contain the surface.
-@compute @workgroup_size(64)
-fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = fill.first_layer + 64u * id.x + local;
-    if nth >= min(fill.first_layer + volume.chunk, atomicLoad(&counters[COUNTER_CANDIDATES])) || nth >= prune.cells_room {
-        return;
-    }
-    let measured = near_cell(nth).x;
-    let block = measured / 64u;
-    let whole = list_range_at(prune.blocks_first + 2u * block);
-    let jump = bounds_of(block).list_jump;
-    store_list_range(prune.cells_first + 2u * nth, pruned_in(cell_at(cell_index_of(measured)), 1u, whole, jump));
-}
-
 // GPU version of is_clear_in_parts: whether no part of a cell contains a surface, by the list.
 fn is_clear_in_parts(corner: vec3<f32>, edge: f32, bounds: BlockBounds) -> bool {
     for (var i = 0u; i < 64u; i++) {
