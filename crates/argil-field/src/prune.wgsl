@@ -88,15 +88,15 @@ fn reserve(words: u32) -> u32 {
 // Open groups: whether the list stays in place of the saved value, and whether what precedes is removed.
 const GROUP_STAYS: u32 = 1u;
 const GROUP_WIPES: u32 = 2u;
-var<private> open_groups: array<u32, STACK_SLOTS>;
 // Open frames: where they end, whether something after them stays, and whether all of them is removed.
 const FRAME_BEFORE: u32 = 1u;
 const FRAME_GOES: u32 = 2u;
-var<private> open_frames: array<u32, STACK_SLOTS>;
 
 // Converts marks to the instructions that stay, and returns their number.
 fn choose() -> u32 {
-    var groups = 0u;
+    // Here and not in the module, so that they take no registers while the list runs. Groups take two bits each.
+    var open_groups = vec2(0u);
+    var open_frames: array<u32, STACK_SLOTS>;
     var frames = 0u;
     // Whether a later operand replaces what is evaluated here.
     var cleared = false;
@@ -130,23 +130,20 @@ fn choose() -> u32 {
                     let swapped = (instr.flags & FLAG_SWAPPED) != 0u;
                     let drops_saved = (own & select(DROP_A, DROP_B, swapped)) != 0u;
                     let drops_current = (own & select(DROP_B, DROP_A, swapped)) != 0u;
-                    if cleared {
-                        open_groups[groups] = GROUP_WIPES;
-                    } else if drops_current {
-                        open_groups[groups] = 0u;
-                        cleared = true;
-                    } else if drops_saved {
-                        open_groups[groups] = GROUP_WIPES;
-                    } else {
-                        open_groups[groups] = GROUP_STAYS;
+                    var group = 0u;
+                    if cleared || (drops_saved && !drops_current) {
+                        group = GROUP_WIPES;
+                    } else if !drops_current {
+                        group = GROUP_STAYS;
                         stays = true;
                     }
-                    groups++;
+                    cleared = cleared || drops_current;
+                    open_groups = vec2((open_groups.x << 2u) | group, (open_groups.y << 2u) | (open_groups.x >> 30u));
                 }
                 case OP_PUSH_VALUE: {
-                    groups--;
-                    stays = (open_groups[groups] & GROUP_STAYS) != 0u;
-                    cleared = (open_groups[groups] & GROUP_WIPES) != 0u;
+                    stays = (open_groups.x & GROUP_STAYS) != 0u;
+                    cleared = (open_groups.x & GROUP_WIPES) != 0u;
+                    open_groups = vec2((open_groups.x >> 2u) | (open_groups.y << 30u), open_groups.y >> 2u);
                 }
                 case OP_POP_POINT, OP_UNCLAMP, OP_EXTRUDE, OP_UNWRAP: {
                     open_frames[frames] = (place << 2u) | select(0u, FRAME_BEFORE, is_used) | select(0u, FRAME_GOES, cleared);

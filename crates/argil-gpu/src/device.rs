@@ -1,5 +1,6 @@
 use crate::counters::Counters;
 use crate::pipeline_cache::PipelineCache;
+use crate::staging::KeptStaging;
 use crate::{DeviceInfo, DeviceKind, GpuError};
 
 /// After this time, a device that has not finished its work is lost. No single dispatch takes nearly as long, on software devices either.
@@ -81,6 +82,8 @@ pub struct Gpu {
     /// Whether shaders can write signed normalized textures of 8 and of 16 bits.
     pub(crate) writes_snorm: [bool; 2],
     pub(crate) counters: Counters,
+    /// What the CPU reads through.
+    pub(crate) staging: KeptStaging,
     /// Pipelines of earlier processes.
     pub(crate) pipeline_cache: Option<PipelineCache>,
     /// Errors that nothing has waited for, because a browser does not wait.
@@ -155,6 +158,7 @@ impl Gpu {
             has_timestamps,
             writes_snorm,
             counters: Counters::default(),
+            staging: KeptStaging::default(),
             pipeline_cache: None,
             #[cfg(target_arch = "wasm32")]
             faults: Default::default(),
@@ -203,62 +207,6 @@ impl Gpu {
         }
     }
 
-    /// Copies the first `bytes` of a buffer to the CPU.
-    pub(crate) async fn read_back(
-        &self,
-        buffer: &wgpu::Buffer,
-        bytes: u64,
-    ) -> Result<Vec<u8>, GpuError> {
-        let staging = self.with_error_scope(|| {
-            let staging = self.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("read-back"),
-                size: bytes,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            let mut encoder = self
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-            self.submit(encoder);
-            staging
-        })?;
-        let mut all = Vec::new();
-        self.take_staged(&staging, |bytes| all.extend_from_slice(bytes))
-            .await?;
-        Ok(all)
-    }
-
-    /// Waits for a mappable buffer, and reads it.
-    pub(crate) async fn take_staged(
-        &self,
-        staging: &wgpu::Buffer,
-        look: impl FnOnce(&[u8]),
-    ) -> Result<(), GpuError> {
-        let (sender, receiver) = futures_channel::oneshot::channel();
-        staging
-            .slice(..)
-            .map_async(wgpu::MapMode::Read, move |result| {
-                // The receiver waits below.
-                let _ = sender.send(result);
-            });
-        self.poll()?;
-        let lost = |reason: String| GpuError::Lost(reason);
-        receiver
-            .await
-            .map_err(|e| lost(e.to_string()))?
-            .map_err(|e| self.fault().unwrap_or(lost(e.to_string())))?;
-        self.fault().map_or(Ok(()), Err)?;
-        let view = staging
-            .slice(..)
-            .get_mapped_range()
-            .map_err(|e| lost(e.to_string()))?;
-        look(&view);
-        drop(view);
-        staging.unmap();
-        Ok(())
-    }
-
     /// Waits until everything that was submitted is done.
     pub(crate) async fn wait(&self) -> Result<(), GpuError> {
         self.poll()?;
@@ -275,7 +223,7 @@ impl Gpu {
     }
 
     /// Lets the device process what was submitted, and call back. A browser does so by itself when it gets time.
-    fn poll(&self) -> Result<(), GpuError> {
+    pub(crate) fn poll(&self) -> Result<(), GpuError> {
         self.counters.waits.add(1);
         let poll = wgpu::PollType::Wait {
             submission_index: None,
@@ -294,7 +242,7 @@ impl Gpu {
     }
 
     /// Takes the errors since the last call.
-    fn fault(&self) -> Option<GpuError> {
+    pub(crate) fn fault(&self) -> Option<GpuError> {
         #[cfg(target_arch = "wasm32")]
         if let Ok(mut fault) = self.faults.lock() {
             return fault.take().map(|reason| GpuError::Validation {

@@ -235,7 +235,7 @@ impl FrameBuffers {
         let picture = self.bring(gpu).await?;
         let mut marks = Vec::new();
         if let (Some(_), Some(staging)) = (extras.marks, &self.marks_staging) {
-            gpu.take_staged(staging, |bytes| marks.extend_from_slice(bytes))
+            gpu.take_staged(staging.slice(..), |bytes| marks.extend_from_slice(bytes))
                 .await?;
         }
         Ok(DrawnFrame {
@@ -377,7 +377,7 @@ impl FrameBuffers {
         let (pixels, bins) = (self.key.pixels(), self.key.bins() as usize);
         let (mut rgb, mut hit_pixels) = (Vec::with_capacity(3 * pixels as usize), 0);
         let mut histograms: Vec<u32> = Vec::new();
-        gpu.take_staged(&self.staging, |bytes| {
+        gpu.take_staged(self.staging.slice(..), |bytes| {
             let (picture, counts) = bytes.split_at(4 * pixels as usize);
             for &[r, g, b, is_hit] in picture.as_chunks::<4>().0 {
                 rgb.extend([r, g, b]);
@@ -389,7 +389,7 @@ impl FrameBuffers {
         .await?;
         let mut hits = Vec::new();
         if let Some(staging) = &self.hits_staging {
-            gpu.take_staged(staging, |bytes| {
+            gpu.take_staged(staging.slice(..), |bytes| {
                 let each = bytes.chunks_exact(size_of::<Hit>());
                 hits.extend(each.map(|bytes| Hit {
                     deferred: 0,

@@ -63,6 +63,8 @@ mod resources;
 #[cfg(feature = "device")]
 mod shader_modules;
 #[cfg(feature = "device")]
+mod staging;
+#[cfg(feature = "device")]
 mod storage_buffer;
 #[cfg(feature = "device")]
 mod texel_format;

@@ -33,8 +33,9 @@ struct Limit {
 }
 
 /// Limits of what builds volumes, and of what evaluates the field along rays.
-const LIMITS: [Limit; 8] = [
+const LIMITS: [Limit; 9] = [
     limit("Bricks::build", "fill_bricks", 80, 12),
+    limit("Bricks::columns", "fill_columns", 40, 24),
     limit("Bricks::build", "measure", 72, 14),
     limit("Bricks::build", "prune_cells", 80, 12),
     limit("DenseFill", "fill_tiled", 72, 14),
