@@ -92,6 +92,8 @@ constants! { FLAGS:
     COLUMN_UNION = 256;
     /// The accumulator is `a` and the saved value is `b`, instead of the reverse.
     COLUMN_SWAPPED = 512;
+    /// A translation of a shape whose points then share most of their work.
+    COLUMN_QUICK = 1024;
     /// The position of the record at which the parameters begin.
     COLUMN_RECORD_SHIFT = 12;
     /// Words of a path's segment: kind, three points, one spare.

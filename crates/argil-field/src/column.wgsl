@@ -4,7 +4,8 @@
 // coordinates. A few shapes need a short chain of comparisons, and few registers.
 //
 // *Practice.* A word of such a list holds the opcode, flags, and the record at which the parameters begin. `records` are the
-// parameters, four at a time, which a device loads at once. `measure_column` is generated (column_wgsl.rs).
+// parameters, four at a time, which a device loads at once. `measure_column` and `measure_quickly`, for the few shapes
+// whose points share most if they are only translated, are generated (column_wgsl.rs).
 
 // Three points, which differ in z.
 struct Column {
@@ -57,13 +58,19 @@ fn column_distances(own_list: vec2<u32>, p: Column) -> vec3<f32> {
         let w = word >> COLUMN_RECORD_SHIFT;
         word = next;
         if op < OP_SHAPES_END {
-            var d: vec3<f32>;
-            if (flags & COLUMN_TRANSLATION) != 0u {
-                d = measure_column(op, translated_column(p, w), w);
-            } else {
-                d = measure_column(op, mapped_column(p, w), w) * records[w + 3u].x;
-            }
             let joint = records[w + 3u];
+            var d: vec3<f32>;
+            if (flags & COLUMN_QUICK) != 0u {
+                d = measure_quickly(op, translated_column(p, w), w);
+            } else {
+                var q: Column;
+                if (flags & COLUMN_TRANSLATION) != 0u {
+                    q = translated_column(p, w);
+                } else {
+                    q = mapped_column(p, w);
+                }
+                d = measure_column(op, q, w) * joint.x;
+            }
             if (flags & COLUMN_UNION) != 0u {
                 acc = join_column(acc, d, joint.y, joint.z);
             } else {

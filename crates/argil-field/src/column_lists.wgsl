@@ -38,7 +38,10 @@ fn column_word(instr: Instruction) -> u32 {
     if instr.op < OP_SHAPES_END {
         let j = read_joint(instr.params + 13u);
         word |= select(0u, COLUMN_UNION, j.sa > 0.0 && j.sb > 0.0);
-        word |= select(0u, COLUMN_TRANSLATION, (instr.flags & FLAG_TRANSLATION) != 0u);
+        if (instr.flags & FLAG_TRANSLATION) != 0u {
+            let is_quick = ((QUICK_SHAPES >> instr.op) & 1u) != 0u;
+            word |= COLUMN_TRANSLATION | select(0u, COLUMN_QUICK, is_quick);
+        }
     }
     return word;
 }

@@ -154,7 +154,7 @@ pub(crate) fn wgsl_function(op: u32) -> &'static str {
 }
 
 /// The most common shapes. Compilers turn a `switch` into a chain of comparisons, so these are compared before it.
-pub(crate) const COMMON: [u32; 5] = [op::Sphere, op::Box, op::Cylinder, op::Capsule, op::Torus];
+const COMMON: [u32; 5] = [op::Sphere, op::Box, op::Cylinder, op::Capsule, op::Torus];
 
 /// The most shapes whose chain is short enough as it is.
 const SHORT: usize = 8;
