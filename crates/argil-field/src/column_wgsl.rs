@@ -6,10 +6,10 @@ use argil_abi::BRUSH_HEADER_WORDS;
 use std::fmt::Write;
 
 /// The most slots of the stack of values: three numbers each, in registers.
-const MAX_SLOTS: u32 = 4;
+pub(crate) const MAX_SLOTS: u32 = 4;
 
 /// The shapes that are measured for three points at once, the most common first. More would need more registers.
-const SHAPES: [u32; 7] = [
+pub(crate) const SHAPES: [u32; 7] = [
     op::Sphere,
     op::Box,
     op::Cylinder,
@@ -20,7 +20,7 @@ const SHAPES: [u32; 7] = [
 ];
 
 /// Those of them whose points share most of their work where they are only translated.
-const QUICK: [u32; 2] = [op::Sphere, op::Box];
+pub(crate) const QUICK: [u32; 2] = [op::Sphere, op::Box];
 
 /// Returns the constants of lists for three points: the shapes among some opcodes, and the slots of a stack that is no longer
 /// than another.

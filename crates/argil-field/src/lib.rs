@@ -5,6 +5,7 @@ mod bounded_group;
 mod bounds;
 mod coinciding_copies;
 mod column_wgsl;
+mod column_words;
 mod combine;
 mod copy_loops;
 mod curves;

@@ -28,6 +28,12 @@ pub(crate) const TABLES_WGSL: &str = "
 @group(0) @binding(BIND_MATERIALS) var<storage, read> materials: array<GpuMaterial>;
 ";
 
+/// Lists that a pass only reads, and parameters, four at a time: a device loads them once for all threads.
+pub(crate) const COLUMNS_WGSL: &str = "
+@group(0) @binding(BIND_LISTS) var<storage, read> lists: array<u32>;
+@group(0) @binding(BIND_PARAMS) var<storage, read> records: array<vec4<f32>>;
+";
+
 pub(crate) const FRAME_WGSL: &str = "
 @group(0) @binding(BIND_FRAME) var<uniform> frame: FrameUniform;
 ";

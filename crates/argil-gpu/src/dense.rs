@@ -1,10 +1,11 @@
 //! `DenseFill`: samples a field into a texture.
 
-use crate::bindings::{Bind, FIELD_BINDS, FILL, TABLES_WGSL, TEXELS, VOLUME_WGSL, entry};
+use crate::bindings::{Bind, FILL, TEXELS, VOLUME_WGSL, entry};
 use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texel_format::TexelFormat;
+use crate::tile_source::TileSource;
 use crate::trace_mode::{PathMode, TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
@@ -138,8 +139,12 @@ impl GpuVolume {
         let texture = texture(gpu, &voxel_grid, encoding.format, levels)?;
         let side = tile_side(gpu, TILE);
         let texels = gpu.texels(encoding.format);
-        let passes = field.passes(("dense fill", texels.bits().bytes() as u32), || {
-            Passes::new(gpu, fill_module(&field.field_wgsl(), texels, side))
+        let tiles = field.tile_field(way == DenseFill::Tiled);
+        let key = tiles
+            .source
+            .name_of(["dense fill", "dense fill by columns"]);
+        let passes = field.passes((key, texels.bits().bytes() as u32), || {
+            Passes::new(gpu, fill_module(&tiles.source, texels, side))
         })?;
         let uniform = gpu.with_error_scope(|| uniform_of::<FillUniform>(gpu, "fill"))?;
 
@@ -147,6 +152,7 @@ impl GpuVolume {
         let mut recorder = PassRecorder::new(gpu)?;
         let filling = DenseFillPass {
             field,
+            tables: &tiles.entries,
             layout: &passes.layout,
             uniform: &uniform,
             texture: &texture,
@@ -179,6 +185,8 @@ impl GpuVolume {
 /// What fills the levels of a dense volume.
 struct DenseFillPass<'a> {
     field: &'a GpuProgram,
+    /// The tables of the program.
+    tables: &'a [wgpu::BindGroupEntry<'a>],
     layout: &'a wgpu::BindGroupLayout,
     uniform: &'a wgpu::Buffer,
     texture: &'a wgpu::Texture,
@@ -202,7 +210,7 @@ impl DenseFillPass<'_> {
             ..wgpu::TextureViewDescriptor::default()
         });
         let bind_group = gpu.with_error_scope(|| {
-            let mut entries: Vec<_> = field.table_bindings().collect();
+            let mut entries = self.tables.to_vec();
             entries.push(entry(FILL, self.uniform));
             entries.push(wgpu::BindGroupEntry {
                 binding: TEXELS,
@@ -249,19 +257,23 @@ impl DenseFillPass<'_> {
 }
 
 /// Describes the passes that fill a texture, with `side`² threads in a group.
-pub(crate) fn fill_module(field_wgsl: &str, texels: TexelFormat, side: u32) -> PassModule {
-    let source = [
+pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -> PassModule {
+    let [field, fill] = source.wgsl();
+    let text = [
         &argil_abi::wgsl(),
-        TABLES_WGSL,
+        source.tables(),
         &target_wgsl(texels),
-        field_wgsl,
-        argil_volume::wgsl::BAKE_LEVEL,
+        field,
+        fill,
     ];
-    let mut binds = FIELD_BINDS.to_vec();
+    let mut binds = source.binds();
     binds.extend([Bind::Uniform(FILL), Bind::Target(TEXELS, texels.format())]);
     let constants = [("TILE_SIDE", f64::from(side))];
+    let label = source.name_of(["DenseFill", "DenseFill::columns"]);
     let entry_points = ["fill_tiled", "fill_naive"];
-    PassModule::new("DenseFill", &source, binds, &constants, &entry_points)
+    // The study's first version samples one texel at a time.
+    let count = if label == "DenseFill" { 2 } else { 1 };
+    PassModule::new(label, &text, binds, &constants, &entry_points[..count])
 }
 
 /// Returns WGSL of the texture that a build writes.

@@ -69,6 +69,8 @@ mod storage_buffer;
 #[cfg(feature = "device")]
 mod texel_format;
 #[cfg(feature = "device")]
+mod tile_source;
+#[cfg(feature = "device")]
 mod timing;
 #[cfg(feature = "device")]
 mod trace_mode;

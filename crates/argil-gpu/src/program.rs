@@ -1,6 +1,7 @@
-use crate::bindings::{INSTRS, MATERIALS, PARAMS};
+use crate::bindings::{INSTRS, LISTS, MATERIALS, PARAMS};
 use crate::cache::{Cache, PassKey};
 use crate::storage_buffer::StorageBuffer;
+use crate::tile_source::TileSource;
 use crate::trace_mode::BoundResource;
 use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{GPU_STACK_SLOTS, Instruction};
@@ -33,6 +34,8 @@ pub struct GpuProgram {
     interpreter: Interpreter,
     /// The WGSL that stands for the interpreter, if the shaders are for one program only.
     specialized_wgsl: Option<String>,
+    /// The program for three points at once, if all of its instructions are common.
+    columns: Option<StorageBuffer>,
     /// Maximum evaluations per thread and dispatch.
     pub(crate) budget: u32,
     /// Loop iterations of one evaluation.
@@ -67,6 +70,7 @@ impl GpuProgram {
             length: 0,
             interpreter,
             specialized_wgsl,
+            columns: None,
             budget: 0,
             iterations: 1,
             passes: Cache::default(),
@@ -124,6 +128,7 @@ impl GpuProgram {
             self.params.write(&self.gpu, params)?;
         }
         self.materials.write(&self.gpu, program.material_table())?;
+        self.columns = None;
         self.length = incremental.instruction_count().max(1);
         self.set_iterations(incremental.max_iterations());
         self.is_live = true;
@@ -222,6 +227,11 @@ impl GpuProgram {
         self.instructions.write(&self.gpu, instructions)?;
         self.params.write(&self.gpu, program.params())?;
         self.materials.write(&self.gpu, program.material_table())?;
+        self.columns = None;
+        if let (None, Some(words)) = (&self.specialized_wgsl, program.column_words()) {
+            let columns = self.columns.insert(StorageBuffer::new("columns"));
+            columns.write(&self.gpu, &words)?;
+        }
         self.length = instructions.len();
         self.set_iterations(program.max_iterations());
         self.is_live = false;
@@ -236,7 +246,8 @@ impl GpuProgram {
 
     /// Returns the bytes of the program's tables on the device.
     pub fn memory_bytes(&self) -> u64 {
-        self.instructions.size() + self.params.size() + self.materials.size()
+        let columns = self.columns.as_ref().map_or(0, StorageBuffer::size);
+        self.instructions.size() + self.params.size() + self.materials.size() + columns
     }
 
     pub(crate) fn length(&self) -> usize {
@@ -259,6 +270,26 @@ impl GpuProgram {
     /// Returns the WGSL that evaluates three points of a column at once, if any shape of the program is common.
     pub(crate) fn column_wgsl(&self) -> Option<String> {
         self.interpreter.column_wgsl()
+    }
+
+    /// Returns how passes that fill tiles evaluate the program, and its tables: if `at_once`, three samples at a time, where
+    /// all of its instructions are common.
+    pub(crate) fn tile_field(&self, at_once: bool) -> TileField<'_> {
+        let columns = self.columns.as_ref().filter(|_| at_once);
+        if let (Some(table), Some(wgsl)) = (columns, self.column_wgsl()) {
+            let tables = [(table, LISTS), (&self.params, PARAMS)];
+            return TileField {
+                source: TileSource::of_columns(wgsl),
+                entries: tables
+                    .iter()
+                    .filter_map(|(own, at)| own.binding(*at))
+                    .collect(),
+            };
+        }
+        TileField {
+            source: TileSource::of_any(self.field_wgsl()),
+            entries: self.table_bindings().collect(),
+        }
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
@@ -289,6 +320,12 @@ impl GpuProgram {
             .into_iter()
             .filter_map(|(table, binding)| table.binding(binding))
     }
+}
+
+/// What passes that fill tiles evaluate.
+pub(crate) struct TileField<'a> {
+    pub source: TileSource,
+    pub entries: Vec<wgpu::BindGroupEntry<'a>>,
 }
 
 /// Returns the interpreter that a device gets for a program. A software device executes every case of it, used or not.

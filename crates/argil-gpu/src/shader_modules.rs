@@ -9,6 +9,7 @@ use crate::raster::MESH;
 use crate::render::{FIELD, frame_module};
 use crate::resolve::resolve_module;
 use crate::texel_format::TexelFormat;
+use crate::tile_source::TileSource;
 use crate::trace_mode::TraceMode;
 use crate::{dense, levels, octree, paths};
 use argil_field::{Interpreter, Program};
@@ -75,11 +76,15 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
     // What every hardware device can do.
     let side = tile_side_within(256, dense::TILE);
     let mut all = brick_modules(interpreter, texels, DEFAULT_BRICK);
+    let mut sources = vec![TileSource::of_any(field.clone())];
+    sources.extend(interpreter.column_wgsl().map(TileSource::of_columns));
+    for source in &sources {
+        all.push(dense::fill_module(source, texels, side));
+        all.push(octree::fill_module(source, texels, side));
+    }
     all.extend([
-        dense::fill_module(&field, texels, side),
         octree::select_module(&field),
         octree::tree_module(),
-        octree::fill_module(&field, texels, side),
         march_module(true),
         march_module(false),
         project_module(&field),

@@ -50,7 +50,17 @@ pub use voxel_grid::{
 /// The WGSL twins of the passes that build a volume.
 pub mod wgsl {
     /// Samples a level of a texture: `fill_naive` and `fill_tiled`.
-    pub const BAKE_LEVEL: &str = concat!(include_str!("encode.wgsl"), include_str!("fill.wgsl"));
+    pub const BAKE_LEVEL: &str = concat!(
+        include_str!("encode.wgsl"),
+        include_str!("fill.wgsl"),
+        include_str!("fill_tiles.wgsl")
+    );
+    /// Samples a level of a texture three texels at a time, for a program of common instructions: `fill_tiled`.
+    pub const BAKE_LEVEL_BY_COLUMNS: &str = concat!(
+        include_str!("encode.wgsl"),
+        include_str!("fill_by_columns.wgsl"),
+        include_str!("fill_tiles.wgsl")
+    );
     /// Selects bricks of an octree: `select_bits` and `select_list`.
     pub const OCTREE_SELECT: &str = include_str!("octree/select.wgsl");
     /// Lists bricks in ascending order (`compact`, `rank`), and builds the tree above them (`build`).

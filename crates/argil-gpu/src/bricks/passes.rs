@@ -3,8 +3,8 @@
 use super::build_tables::{BrickTargets, EditScratch};
 use super::repack::RepackPass;
 use crate::bindings::{
-    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COUNTERS, FIELD_BINDS, FILL, LISTS,
-    PARAMS, PRUNE, TABLES_WGSL, TEXELS, VOLUME, entry,
+    ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COLUMNS_WGSL, COUNTERS, FIELD_BINDS, FILL,
+    LISTS, PARAMS, PRUNE, TABLES_WGSL, TEXELS, VOLUME, entry,
 };
 use crate::pass_module::{PassModule, Passes};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
@@ -42,12 +42,6 @@ const BINDS_WGSL: &str = "
 /// Lists that passes write.
 const LISTS_WGSL: &str = "
 @group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
-";
-
-/// Lists that a pass only reads, and parameters, four at a time: a device loads them once for all threads.
-const READ_LISTS_WGSL: &str = "
-@group(0) @binding(BIND_LISTS) var<storage, read> lists: array<u32>;
-@group(0) @binding(BIND_PARAMS) var<storage, read> records: array<vec4<f32>>;
 ";
 
 const PLAN_BINDS_WGSL: &str = "
@@ -124,7 +118,7 @@ pub(crate) fn columns_module(
         &columns,
         &crate::dense::target_wgsl(texels),
         BINDS_WGSL,
-        READ_LISTS_WGSL,
+        COLUMNS_WGSL,
         column_wgsl,
         wgsl::BRICK_CELLS,
         wgsl::BRICK_MATERIALS,

@@ -11,6 +11,7 @@ use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{texture, uniform_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
+use crate::tile_source::TileSource;
 use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, FillUniform, OctreeNode, OctreeUniform};
 use argil_field::Program;
@@ -224,13 +225,17 @@ impl<'a> OctreeBuilder<'a> {
         let side = tile_side(gpu, measures.brick_size_voxels);
         let texels = gpu.texels(measures.encoding.format);
         let variant = texels.bits().bytes() as u32 + 16 * side;
-        let passes = field.passes(("fill octree", variant), || {
-            Passes::new(gpu, fill_module(&field.field_wgsl(), texels, side))
+        let tiles = field.tile_field(true);
+        let key = tiles
+            .source
+            .name_of(["fill octree", "fill octree by columns"]);
+        let passes = field.passes((key, variant), || {
+            Passes::new(gpu, fill_module(&tiles.source, texels, side))
         })?;
         let view = self
             .texture
             .create_view(&wgpu::TextureViewDescriptor::default());
-        let mut entries: Vec<_> = field.table_bindings().collect();
+        let mut entries = tiles.entries;
         entries.push(entry(VOLUME, &self.volume));
         entries.push(entry(FILL, &self.fill));
         entries.push(wgpu::BindGroupEntry {
@@ -304,18 +309,19 @@ pub(crate) fn tree_module() -> PassModule {
 }
 
 /// Describes the passes that sample bricks and vacant cells, with `side`² threads in a group.
-pub(crate) fn fill_module(field_wgsl: &str, texels: TexelFormat, side: u32) -> PassModule {
-    let source = [
+pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -> PassModule {
+    let [field, fill] = source.wgsl();
+    let text = [
         &argil_abi::wgsl(),
-        TABLES_WGSL,
+        source.tables(),
         &target_wgsl(texels),
         BRICKS_BINDS_WGSL,
-        field_wgsl,
+        field,
         argil_math::morton_wgsl(),
-        wgsl::BAKE_LEVEL,
+        fill,
         wgsl::OCTREE_FILL,
     ];
-    let mut binds = FIELD_BINDS.to_vec();
+    let mut binds = source.binds();
     binds.extend([
         Bind::Uniform(VOLUME),
         Bind::Uniform(FILL),
@@ -326,7 +332,8 @@ pub(crate) fn fill_module(field_wgsl: &str, texels: TexelFormat, side: u32) -> P
     ]);
     let constants = [("TILE_SIDE", f64::from(side))];
     let entry_points = ["fill_bricks", "fill_vacant"];
-    PassModule::new("Octree::fill", &source, binds, &constants, &entry_points)
+    let label = source.name_of(["Octree::fill", "Octree::fill by columns"]);
+    PassModule::new(label, &text, binds, &constants, &entry_points)
 }
 
 /// Clears buffers.
