@@ -4,6 +4,7 @@
 //! sends actions. Equal scenes that perform the same actions in the same order stay equal, and give nodes the same
 //! ids. [`Scene::action_line`] writes an action for a [journal](crate::Journal) or another machine.
 
+use crate::history::HistoryStep;
 use crate::{
     Edit, EditError, EditOutcome, NodeDesc, NodeId, NodeKind, NodeTree, Scene, ValidationError,
 };
@@ -212,11 +213,6 @@ impl Scene {
         index: usize,
         tree: &NodeTree,
     ) -> Result<EditOutcome, EditError> {
-        let group = Edit::Insert {
-            parent,
-            index,
-            desc: tree.desc.clone(),
-        };
         // Check everything before changing anything.
         let mut open = vec![tree];
         while let Some(own) = open.pop() {
@@ -224,36 +220,31 @@ impl Scene {
             self.check_entry(&own.desc)?;
             open.extend(&own.children);
         }
-        if tree.children.is_empty() {
-            return self.apply(group);
-        }
-        let is_stroke = self.is_stroke();
-        if !is_stroke {
-            self.begin_stroke();
-        }
-        let made = self.insert_each(group, &tree.children);
-        if !is_stroke {
-            self.end_stroke();
-        }
-        made
+        self.check_place(parent, index)?;
+        let node = self.add_detached(tree);
+        Ok(self.apply_step(HistoryStep::Attach {
+            node,
+            parent,
+            index,
+        }))
     }
 
-    /// Inserts a group, and then its contents.
-    fn insert_each(&mut self, group: Edit, inner: &[NodeTree]) -> Result<EditOutcome, EditError> {
-        let made = self.apply(group)?;
-        let mut all = made;
-        let mut open = vec![(made.node, inner)];
+    /// Creates the nodes of a tree, which belong to no group yet.
+    fn add_detached(&mut self, tree: &NodeTree) -> NodeId {
+        let loaded = |scene: &Self, tree: &NodeTree| {
+            let mut desc = tree.desc.clone();
+            scene.load(&mut desc);
+            desc
+        };
+        let root = loaded(self, tree);
+        let root = self.add_node(root, None);
+        let mut open = vec![(root, &tree.children)];
         while let Some((parent, trees)) = open.pop() {
-            for (index, tree) in trees.iter().enumerate() {
-                let own = self.apply(Edit::Insert {
-                    parent,
-                    index,
-                    desc: tree.desc.clone(),
-                })?;
-                all.dirty_box = all.dirty_box.union(own.dirty_box);
-                open.push((own.node, &tree.children));
+            for tree in trees {
+                let desc = loaded(self, tree);
+                open.push((self.append(parent, desc), &tree.children));
             }
         }
-        Ok(all)
+        root
     }
 }

@@ -180,18 +180,23 @@ impl Scene {
     /// If the edit is refused: see [`EditError`]. The scene stays unchanged.
     pub fn apply(&mut self, edit: Edit) -> Result<EditOutcome, EditError> {
         let step = self.step(edit)?;
+        Ok(self.apply_step(step))
+    }
+
+    /// Takes a checked step, as a new one.
+    pub(crate) fn apply_step(&mut self, step: HistoryStep) -> EditOutcome {
         let (edited, inverse) = self.take(step);
         let history = &mut self.history;
         history.redo.clear();
         let added = inverse.bytes();
         match history.undo.last_mut().filter(|_| history.is_stroke) {
             // A stroke that changes a node repeatedly keeps only the node's first state.
-            Some(stroke) if is_covered(stroke.last(), &inverse) => return Ok(edited),
+            Some(stroke) if is_covered(stroke.last(), &inverse) => return edited,
             Some(stroke) => stroke.push(inverse),
             None => history.undo.push(vec![inverse]),
         }
         self.keep_to_limit(added);
-        Ok(edited)
+        edited
     }
 
     /// Drops the oldest steps if the history exceeds its limit, after a step of a number of bytes was added.

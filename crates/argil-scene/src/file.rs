@@ -15,6 +15,7 @@ mod quick;
 pub(crate) mod read;
 #[cfg(feature = "schema")]
 mod schema;
+mod temp_folder;
 mod tokens;
 mod write;
 
@@ -30,6 +31,7 @@ pub use error::{FORMAT_VERSION, FileError};
 pub(crate) use explain::explain_line;
 #[cfg(feature = "schema")]
 pub use schema::schema;
+pub use temp_folder::TempFolder;
 
 /// Reads a brush or a group as a scene file has it, however deep it nests. Materials are not checked.
 pub(crate) fn read_tree(text: &str) -> Option<NodeTree> {
@@ -315,97 +317,11 @@ pub fn remove_temp_files() {
     std::mem::forget(all);
 }
 
-/// A new folder that is removed with all that it holds, unless it gets a name: see [`remove_temp_files`].
-#[derive(Debug)]
-pub struct TempFolder {
-    path: PathBuf,
-    /// While it is locked, other programs leave the folder alone.
-    _lock: Option<std::fs::File>,
-}
-
-impl TempFolder {
-    /// Creates a folder beside a path, in which files are made that are to be there. Removes what killed programs left there.
-    ///
-    /// # Errors
-    /// If it cannot be created. A browser has no folders.
-    pub fn beside(path: &Path) -> std::io::Result<Self> {
-        let folder = folder_of(path);
-        remove_abandoned_files(folder);
-        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
-        #[cfg(not(target_arch = "wasm32"))]
-        let made = temp_builder(0o777).tempdir_in(folder);
-        #[cfg(not(target_arch = "wasm32"))]
-        let path = made.map_err(|error| not_created(&error, folder))?.keep();
-        #[cfg(target_arch = "wasm32")]
-        let path = folder.join(TEMP_PREFIX);
-        // Systems that lock no folders never remove abandoned ones.
-        let lock = std::fs::File::open(&path)
-            .ok()
-            .filter(|file| file.try_lock().is_ok());
-        all.push(path.clone());
-        Ok(Self { path, _lock: lock })
-    }
-
-    /// Creates a folder as [`TempFolder::beside`] does, for an export to a folder. An older folder may be replaced only if it
-    /// is empty, or if its file `mark` tells that Argil generated it.
-    ///
-    /// # Errors
-    /// If there is something else at the path, or the folder cannot be created.
-    pub fn for_export(path: &Path, mark: &str) -> std::io::Result<Self> {
-        let is_generated = || {
-            let text = std::fs::read_to_string(path.join(mark)).unwrap_or_default();
-            text.contains("\"generator\"") && text.contains("\"argil ")
-        };
-        let is_empty = || std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
-        // A link without a target exists, too.
-        if std::fs::symlink_metadata(path).is_ok() && !is_generated() && !is_empty() {
-            let reason = format!(
-                "it exists, and there is no {mark} of Argil in it: choose another name, or remove it first"
-            );
-            return Err(std::io::Error::other(reason));
-        }
-        Self::beside(path)
-    }
-
-    /// Returns the path.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Gives the folder a name, in place of an older folder.
-    ///
-    /// # Errors
-    /// If that cannot be replaced. The older folder stays then.
-    pub fn persist(self, path: &Path) -> std::io::Result<()> {
-        if !path.exists() {
-            return std::fs::rename(&self.path, path);
-        }
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.old", std::process::id()));
-        let old = path.with_file_name(name);
-        std::fs::rename(path, &old)?;
-        if let Err(error) = std::fs::rename(&self.path, path) {
-            std::fs::rename(&old, path)?;
-            return Err(error);
-        }
-        std::fs::remove_dir_all(old)
-    }
-}
-
 /// Returns the folder of a file.
 fn folder_of(path: &Path) -> &Path {
     path.parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."))
-}
-
-impl Drop for TempFolder {
-    fn drop(&mut self) {
-        let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
-        all.retain(|path| *path != self.path);
-        drop(all);
-        let _ = std::fs::remove_dir_all(&self.path);
-    }
 }
 
 #[cfg(not(target_arch = "wasm32"))]

@@ -73,10 +73,6 @@ impl Scene {
         }
     }
 
-    pub(crate) fn is_stroke(&self) -> bool {
-        self.history.is_stroke
-    }
-
     /// Returns the number of steps that can be undone.
     pub fn undo_depth(&self) -> usize {
         self.history.undo.len()

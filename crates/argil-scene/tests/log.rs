@@ -100,6 +100,27 @@ fn a_group_with_brushes_is_one_step() {
     assert!(scene.undo().is_none());
 }
 
+/// A tree joins the scene as a whole, so that its depth costs nothing for each of its nodes.
+#[test]
+fn a_deep_group_is_one_change() {
+    let mut tree = argil_scene::NodeTree::from(ball(0.5));
+    for _ in 0..20_000 {
+        let mut group = argil_scene::NodeTree::from(argil_scene::Group::new());
+        group.children.push(tree);
+        tree = group;
+    }
+    let mut scene = Scene::new();
+    let before = scene.change_count();
+    scene.push(tree).unwrap();
+    assert_eq!(scene.change_count(), before + 1);
+    let whole = scene.clone();
+    scene.undo().unwrap();
+    assert_eq!(scene.brush_count(), 0);
+    scene.redo().unwrap();
+    assert_eq!(scene.change_count(), before + 3);
+    assert!(scene == whole && scene.brush_count() == 1);
+}
+
 #[test]
 fn lines_that_cannot_be_done_say_why_and_change_nothing() {
     let mut scene = Scene::new();

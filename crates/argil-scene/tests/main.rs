@@ -5,4 +5,5 @@ mod file;
 mod fill;
 mod journal;
 mod log;
+mod temp_files;
 mod views;

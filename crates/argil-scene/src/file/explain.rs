@@ -4,6 +4,7 @@ use super::tokens::{ByteSource, Tokens, tokens};
 use crate::ValidationError;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::cell::Cell;
 use struson::reader::{JsonReader, ReaderError, SyntaxErrorKind, ValueType};
 
 /// Finds the member that serde's error is about: without it, serde only misses it. Serde reads tagged enums through
@@ -17,15 +18,18 @@ pub(super) fn explain<T: DeserializeOwned>(
     let reason = message.split(" at line ").next().unwrap_or_default();
     let mut fault = ValidationError::new("", plain(reason));
     let misses = reason.starts_with("missing field");
+    let search = Search::new(text.len());
     let root = serde_json::from_slice(text);
     if let Ok(root) = &root
-        && let Some(way) = unknown_member::<T>(root, reason)
+        && let Some(way) = unknown_member::<T>(root, reason, &search)
     {
         fault.path = path_of(&way);
         return fault.within(path);
     }
     match root {
-        Ok(root @ Value::Object(_)) => fault.path = path_of(&deepest::<T>(&root, misses)),
+        Ok(root @ Value::Object(_)) => {
+            fault.path = path_of(&deepest::<T>(&root, misses, &search));
+        }
         _ if misses => {}
         Ok(Value::Array(elements)) => {
             // The first element that is invalid by itself.
@@ -39,7 +43,8 @@ pub(super) fn explain<T: DeserializeOwned>(
                 if let Value::Object(members) = element
                     && !fault.reason.starts_with("missing field")
                 {
-                    fault.path = culprit(&members, |m| alone(Value::Object(m))).unwrap_or_default();
+                    let found = culprit(&members, &search, |m| alone(Value::Object(m)));
+                    fault.path = found.unwrap_or_default();
                 }
                 fault = fault.within(&format!("[{index}]"));
             }
@@ -91,11 +96,35 @@ pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
     )
 }
 
-/// At most this many members of a name are tried.
-const MAX_TRIED: usize = 64;
+/// Bytes that are read again to find a fault: in all, and per byte of the text.
+const MAX_WORK: (usize, usize) = (1 << 25, 8);
+
+/// What is left of the work to find a fault.
+struct Search {
+    tries: Cell<usize>,
+}
+
+impl Search {
+    fn new(bytes: usize) -> Self {
+        let (all, per_byte) = MAX_WORK;
+        let tries = Cell::new(per_byte + all / bytes.max(1));
+        Self { tries }
+    }
+
+    /// Whether the text may be read once more.
+    fn goes_on(&self) -> bool {
+        let left = self.tries.get().checked_sub(1);
+        self.tries.set(left.unwrap_or(0));
+        left.is_some()
+    }
+}
 
 /// Returns the way to the member or the name that an error calls unknown: the first one without which the error is another.
-fn unknown_member<T: DeserializeOwned>(root: &Value, reason: &str) -> Option<Vec<Step>> {
+fn unknown_member<T: DeserializeOwned>(
+    root: &Value,
+    reason: &str,
+    search: &Search,
+) -> Option<Vec<Step>> {
     let field = reason.strip_prefix("unknown field `");
     let variant = reason.strip_prefix("unknown variant `");
     let name = field.or(variant)?.split('`').next()?;
@@ -121,8 +150,9 @@ fn unknown_member<T: DeserializeOwned>(root: &Value, reason: &str) -> Option<Vec
             open.push(way);
         }
     }
-    found.truncate(MAX_TRIED);
-    let is_it = |way: &Vec<Step>| complaint::<T>(without(root, way)).as_deref() != Some(reason);
+    let is_it = |way: &Vec<Step>| {
+        search.goes_on() && complaint::<T>(without(root, way)).as_deref() != Some(reason)
+    };
     found.into_iter().find(is_it)
 }
 
@@ -149,7 +179,7 @@ const MAX_SEARCHED: usize = 256;
 
 /// Returns the way to the deepest value without which serde accepts the whole, or only misses that value. If the whole `misses` a
 /// field, only the first counts.
-fn deepest<T: DeserializeOwned>(root: &Value, misses: bool) -> Vec<Step> {
+fn deepest<T: DeserializeOwned>(root: &Value, misses: bool, search: &Search) -> Vec<Step> {
     let mut steps = Vec::new();
     loop {
         let next: Vec<Step> = match at(root, &steps) {
@@ -169,12 +199,13 @@ fn deepest<T: DeserializeOwned>(root: &Value, misses: bool) -> Vec<Step> {
             let way = [&steps[..], std::slice::from_ref(step)].concat();
             complaint::<T>(without(root, &way))
         };
-        let accepted = next.iter().find(|step| complaint_without(step).is_none());
+        let is_accepted = |step: &&Step| search.goes_on() && complaint_without(step).is_none();
+        let accepted = next.iter().find(is_accepted);
         let missed = || {
             next.iter().find(|step| match step {
-                Step::Name(name) => complaint_without(step)
+                Step::Name(name) if search.goes_on() => complaint_without(step)
                     .is_some_and(|c| c.starts_with(&format!("missing field `{name}`"))),
-                Step::Index(_) => false,
+                _ => false,
             })
         };
         let found = accepted.or_else(|| if misses { None } else { missed() });
@@ -221,7 +252,7 @@ fn path_of(steps: &[Step]) -> String {
 }
 
 /// Returns serde's complaint about a value.
-pub(super) fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
+fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
     let error = serde_json::from_slice::<T>(value.to_string().as_bytes())
         .err()?
         .to_string();
@@ -231,8 +262,9 @@ pub(super) fn complaint<T: DeserializeOwned>(value: Value) -> Option<String> {
 
 /// Returns the member without which serde accepts the value, or only misses the member. By their names, because whether
 /// members keep their order depends on features that others turn on, and without its type a shape misses that first.
-pub(super) fn culprit(
+fn culprit(
     members: &serde_json::Map<String, Value>,
+    search: &Search,
     complaint: impl Fn(serde_json::Map<String, Value>) -> Option<String>,
 ) -> Option<String> {
     let without = |key: &str| {
@@ -247,9 +279,13 @@ pub(super) fn culprit(
         |key: &str| without(key).is_some_and(|c| c.starts_with(&format!("missing field `{key}`")));
     let mut names: Vec<&String> = members.keys().collect();
     names.sort_unstable();
-    let accepted = names.iter().find(|key| without(key).is_none());
+    let is_accepted = |key: &&&String| search.goes_on() && without(key).is_none();
+    let accepted = names.iter().find(is_accepted);
     accepted
-        .or_else(|| names.iter().find(|key| missed(key)))
+        .or_else(|| {
+            let is_missed = |key: &&&String| search.goes_on() && missed(key);
+            names.iter().find(is_missed)
+        })
         .map(|key| (*key).clone())
 }
 
