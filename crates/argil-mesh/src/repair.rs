@@ -258,12 +258,12 @@ fn close(
     repairs: &mut RepairReport,
 ) -> Vec<u32> {
     // Along a hole, the reverse of each open edge. Sorted, so that the result is reproducible.
-    let mut next: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    let mut next: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
     let mut open: Vec<(u32, u32, u32)> = Vec::new();
     for ((triangle, across), &part) in mesh.triangles.iter().zip(beside).zip(&part_of) {
         for ((a, b), other) in edges(*triangle).into_iter().zip(*across) {
             if other == OPEN {
-                next.entry(b).or_default().push((a, part));
+                next.entry((b, part)).or_default().push(a);
                 open.push((b, a, part));
             }
         }
@@ -271,11 +271,11 @@ fn close(
     open.sort_unstable();
     for (from, to, part) in open {
         let mut take = |at: u32, wanted: Option<u32>| -> Option<u32> {
-            let ways = next.get_mut(&at)?;
+            let ways = next.get_mut(&(at, part))?;
             let place = ways
                 .iter()
-                .position(|&(to, own)| own == part && wanted.is_none_or(|w| w == to))?;
-            Some(ways.swap_remove(place).0)
+                .position(|&to| wanted.is_none_or(|wanted| wanted == to))?;
+            Some(ways.swap_remove(place))
         };
         // An edge of a ring that is already closed is gone.
         let Some(mut at) = take(from, Some(to)) else {
@@ -357,22 +357,34 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     let count = repairs.parts as usize;
     let mut volumes = vec![0.0; count];
     let mut a_corner = vec![Vec3::ZERO; count];
+    let mut boxes = vec![Aabb::EMPTY; count];
+    let mut sizes = vec![0; count];
     let origin = mesh.aabb().center().as_dvec3();
     for (triangle, &part) in mesh.triangles.iter().zip(part_of) {
         let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3() - origin);
         volumes[part as usize] += a.dot(b.cross(c));
-        a_corner[part as usize] = mesh.positions[triangle[0] as usize];
+        let corners = triangle.map(|i| mesh.positions[i as usize]);
+        a_corner[part as usize] = corners[0];
+        boxes[part as usize] = boxes[part as usize].union(Aabb::around(corners));
+        sizes[part as usize] += 1;
     }
     let mut turn = vec![false; count];
     let negative: Vec<usize> = (0..count).filter(|&part| volumes[part] < 0.0).collect();
     // Whether a part lies in others is tested one by one, but not for a mesh of very many scraps.
     let few = negative.len().saturating_mul(mesh.triangles.len()) < 1 << 28;
+    let mut work = 1 << 26;
     for &part in &negative {
         let mut around = 0.0;
-        if few && count > 1 {
+        // A part whose box does not hold a point is not around it.
+        let can_hold = |own: usize| own != part && boxes[own].contains(a_corner[part]);
+        let holds: Vec<bool> = (0..if few { count } else { 0 }).map(can_hold).collect();
+        let held = holds.iter().zip(&sizes).filter(|(holds, _)| **holds);
+        let triangles: usize = held.map(|(_, size)| size).sum();
+        if (1..=work).contains(&triangles) {
+            work -= triangles;
             let p = a_corner[part].as_dvec3();
             for (triangle, &own) in mesh.triangles.iter().zip(part_of) {
-                if own as usize != part {
+                if holds[own as usize] {
                     let corners = triangle.map(|i| mesh.positions[i as usize].as_dvec3() - p);
                     let sign = volumes[own as usize].signum();
                     around += sign * solid_angle(corners);

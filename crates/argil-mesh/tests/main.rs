@@ -1,6 +1,7 @@
 //! All tests of this crate, as one program: its parts are linked once.
 
 mod gltf_files;
+mod hostile_files;
 mod marching;
 mod mesh_offsets;
 mod mesh_sdf;

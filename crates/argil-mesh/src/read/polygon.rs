@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 /// Maximum sum of squares of the numbers of corners, which the time to cut concave polygons grows with: for each file, and
 /// per corner.
-const MAX_WORK: (u64, u64) = (5_000_000_000, 1000);
+const MAX_WORK: (u64, u64) = (2_000_000_000, 1000);
 /// Maximum distance of a flat polygon's corners from its plane, in its diameter.
 const FLATNESS: f64 = 0.05;
 /// Maximum area that triangles may have more than their polygon, in its area.

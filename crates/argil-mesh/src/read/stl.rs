@@ -118,13 +118,15 @@ fn is_text(bytes: &[u8]) -> bool {
 
 /// Returns what follows a solid's name in its line: some programs write all in one.
 fn after_name(line: &[u8]) -> &[u8] {
-    let is_facet = |at: &usize| {
-        let mut words = text::words(&line[*at..]);
-        let mut is = |name: &[u8]| words.next().is_some_and(|w| w.eq_ignore_ascii_case(name));
-        line[at - 1].is_ascii_whitespace() && is(b"facet") && is(b"normal")
-    };
-    let at = (1..line.len()).find(is_facet).unwrap_or(line.len());
-    &line[at..]
+    let mut facet = None;
+    for word in text::words(line).skip(1) {
+        if let Some(at) = facet.filter(|_| word.eq_ignore_ascii_case(b"normal")) {
+            return &line[at..];
+        }
+        let at = word.as_ptr() as usize - line.as_ptr() as usize;
+        facet = word.eq_ignore_ascii_case(b"facet").then_some(at);
+    }
+    &[]
 }
 
 fn ascii(bytes: &[u8]) -> Result<MeshFile, ReadFault> {

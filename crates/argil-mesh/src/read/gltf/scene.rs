@@ -9,6 +9,7 @@ use super::extensions::draco;
 use super::json::{InstanceAttributes, MeshJson, Node, Primitive, Root, Scene, element};
 use crate::Mesh;
 use glam::{Mat4, Quat, Vec3};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// Maximum indices of a primitive.
@@ -55,9 +56,20 @@ impl LeftOut {
     }
 }
 
+/// Where a mesh is.
+#[derive(Default)]
+struct Places {
+    scene_from_mesh: Vec<Mat4>,
+    nodes: u64,
+    /// Nodes with weights of morph targets.
+    morphed: u64,
+}
+
 struct Reader<'a> {
     data: Data<'a>,
     root: &'a Root<'a>,
+    /// The places of each mesh. Each is read once.
+    places: BTreeMap<usize, Places>,
     copies: Budget,
     mesh: Mesh,
     left_out: LeftOut,
@@ -97,6 +109,7 @@ pub(super) fn read(
     let mut reader = Reader {
         data,
         root,
+        places: BTreeMap::new(),
         copies: Budget::new(Purpose::Copies, file_bytes),
         mesh: Mesh::default(),
         left_out: LeftOut::default(),
@@ -129,6 +142,11 @@ pub(super) fn read(
                 .map_err(|fault| fault.within(&format!("node {index}")))?;
         }
     }
+    for (index, places) in std::mem::take(&mut reader.places) {
+        reader
+            .mesh(index, &places)
+            .map_err(|fault| fault.within(&format!("mesh {index}")))?;
+    }
     for index in (0..root.nodes.len()).filter(|&i| !is_seen[i]) {
         let has_mesh =
             element::<Node>(&root.nodes, index, "node").is_ok_and(|node| node.mesh.is_some());
@@ -141,31 +159,49 @@ pub(super) fn read(
 }
 
 impl Reader<'_> {
-    /// Adds a node's mesh, once for each instance.
+    /// Notes the places of a node's mesh, one for each instance.
     fn node(&mut self, node: &Node, scene_from_node: Mat4) -> Result<(), ReadFault> {
-        let index = node.mesh.unwrap_or_default();
-        let mesh: MeshJson<'_> = element(&self.root.meshes, index, "mesh")?;
-        self.left_out.skinned += u64::from(node.skin.is_some());
-        self.left_out.morphed += u64::from(node.is_morphed() || mesh.is_morphed());
-        let places = match &node.extensions.instancing {
+        let all = match &node.extensions.instancing {
             Some(instancing) => self.instances(&instancing.attributes)?,
             None => vec![Mat4::IDENTITY],
+        };
+        self.left_out.skinned += u64::from(node.skin.is_some());
+        let index = node.mesh.unwrap_or_default();
+        let places = self.places.entry(index).or_default();
+        places.nodes += 1;
+        places.morphed += u64::from(node.is_morphed());
+        let placed = all.into_iter().map(|own| scene_from_node * own);
+        places.scene_from_mesh.extend(placed);
+        Ok(())
+    }
+
+    /// Adds a mesh in its places.
+    fn mesh(&mut self, index: usize, places: &Places) -> Result<(), ReadFault> {
+        let mesh: MeshJson<'_> = element(&self.root.meshes, index, "mesh")?;
+        self.left_out.morphed += match mesh.is_morphed() {
+            true => places.nodes,
+            false => places.morphed,
         };
         for nth in 0..mesh.primitives.len() {
             let primitive: Primitive<'_> = element(&mesh.primitives, nth, "primitive")?;
             if primitive.mode() < 4 {
-                self.left_out.points_and_lines += 1;
+                self.left_out.points_and_lines += places.nodes;
                 continue;
             }
             let part = self.primitive(&primitive)?;
-            let (vertices, triangles) = (part.positions.len(), part.triangles.len());
-            self.copies.take_copies(places.len(), vertices, triangles)?;
-            for node_from_instance in &places {
-                let scene_from_part = scene_from_node * *node_from_instance;
+            if part.triangles.is_empty() {
+                continue;
+            }
+            self.copies.take_copies(
+                places.scene_from_mesh.len(),
+                part.positions.len(),
+                part.triangles.len(),
+            )?;
+            for scene_from_mesh in &places.scene_from_mesh {
                 place(
                     &part.positions,
                     &part.triangles,
-                    scene_from_part,
+                    *scene_from_mesh,
                     &mut self.mesh,
                 );
             }

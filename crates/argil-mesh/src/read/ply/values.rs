@@ -15,6 +15,7 @@ pub(super) struct Lines<'a> {
     lines: Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>,
     number: usize,
     line: &'a [u8],
+    /// What is left of the line, without blanks around it.
     words: &'a [u8],
     /// The first line with more numbers than the header declares.
     first_longer: Option<usize>,
@@ -29,18 +30,17 @@ impl<'a> Lines<'a> {
     fn advance(&mut self) -> Result<(), ReadFault> {
         let next = self.lines.find(|(_, line)| !line.trim_ascii().is_empty());
         (self.number, self.line) = next.ok_or_else(truncated)?;
-        self.words = self.line;
+        self.words = self.line.trim_ascii();
         Ok(())
     }
 
     fn word(&mut self) -> Result<&'a [u8], ReadFault> {
-        if self.words.trim_ascii().is_empty() {
+        if self.words.is_empty() {
             self.advance()?;
         }
-        let words = self.words.trim_ascii_start();
-        let end = words.iter().position(u8::is_ascii_whitespace);
-        let (word, rest) = words.split_at(end.unwrap_or(words.len()));
-        self.words = rest;
+        let end = self.words.iter().position(u8::is_ascii_whitespace);
+        let (word, rest) = self.words.split_at(end.unwrap_or(self.words.len()));
+        self.words = rest.trim_ascii_start();
         Ok(word)
     }
 
@@ -82,7 +82,7 @@ impl<'a> Values<'a> {
     /// Ends an element, whose line may have more numbers.
     pub(super) fn end(&mut self) {
         if let Self::Text(lines) = self
-            && !lines.words.trim_ascii().is_empty()
+            && !lines.words.is_empty()
         {
             lines.first_longer.get_or_insert(lines.number);
         }

@@ -7,7 +7,7 @@ use glam::{Affine3A, Vec3};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::name::ResolveResult;
 use quick_xml::reader::NsReader;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 use std::str::FromStr;
 
@@ -29,6 +29,10 @@ const SHAPES: &[(&[u8], &str)] = &[
     (b"displacementmesh", "displaced mesh"),
     (b"levelset", "level set"),
 ];
+
+/// Maximum depth of elements, and maximum namespaces of one. Elements of models nest six deep.
+const MAX_NESTED: u16 = 32;
+const MAX_NAMESPACES: usize = 32;
 
 /// What an object is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,10 +85,13 @@ impl Model {
         budget: &mut Budget,
     ) -> Result<Self, ReadFault> {
         let mut reader = NsReader::from_reader(package.part(name)?);
+        let names = reader.resolver_mut();
+        names.set_max_declarations_per_element(MAX_NAMESPACES);
         let mut model = Self::default();
         let mut buffer = Vec::new();
         loop {
             buffer.clear();
+            reader.get_mut().get_mut().event = 0;
             let event = reader.read_event_into(&mut buffer);
             let position = reader.buffer_position();
             let place = || format!("{name}, byte {position}");
@@ -93,6 +100,11 @@ impl Model {
                 error => ReadFault::Damaged(format!("{}: its XML: {error}", place())),
             })?;
             match event {
+                Event::Start(_) if reader.resolver().level() > MAX_NESTED => {
+                    let reason =
+                        format!("{}: its XML is nested more than {MAX_NESTED} deep", place());
+                    return Err(ReadFault::Damaged(reason));
+                }
                 Event::Start(tag) | Event::Empty(tag) => {
                     let (namespace, _) = reader.resolver().resolve_element(tag.name());
                     let is_core = model.is_core(&namespace);
@@ -192,13 +204,15 @@ impl Model {
             Some(unit) => return Err(format!("the unit {unit:?} is unknown").into()),
         };
         let required = attribute(tag, "requiredextensions")?.unwrap_or_default();
+        let mut attributes = tag.attributes();
+        let named = attributes.with_checks(false).flatten().filter_map(|own| {
+            let prefix = own.key.as_ref().strip_prefix(b"xmlns:")?.to_vec();
+            Some((prefix, String::from_utf8_lossy(&own.value).into_owned()))
+        });
+        let named: BTreeMap<Vec<u8>, String> = named.collect();
         for prefix in required.split_whitespace() {
-            let own = tag
-                .try_get_attribute(format!("xmlns:{prefix}"))
-                .ok()
-                .flatten();
-            let namespace = own.map(|own| String::from_utf8_lossy(&own.value).into_owned());
-            let namespace = namespace.unwrap_or_else(|| prefix.to_owned());
+            let namespace = named.get(prefix.as_bytes());
+            let namespace = namespace.map_or(prefix, String::as_str);
             if !KNOWN.iter().any(|known| namespace.contains(known)) {
                 return Err(ReadFault::Unsupported(format!(
                     "it requires the extension {namespace}, which is not read: save its parts as plain meshes (3MF core), or as STL"

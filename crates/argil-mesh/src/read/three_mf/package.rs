@@ -6,11 +6,14 @@ use quick_xml::events::Event;
 use std::collections::HashMap;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use zip::ZipArchive;
+use zip::read::ZipFile;
 
 /// Unpacked bytes per byte of the archive. XML of meshes shrinks to a tenth, and a bomb a thousandfold.
 const UNPACKED_PER_BYTE: u64 = 50;
 /// Bytes that each archive may unpack.
 const UNPACKED_FLOOR: u64 = 16 << 20;
+/// Bytes of a tag, or of a text between two.
+const MAX_EVENT: u64 = 16 << 20;
 
 /// The end of the type of the relationship that names the model.
 const MODEL_TYPE: &str = "/3dmodel";
@@ -47,7 +50,7 @@ impl<'a> Package<'a> {
     ///
     /// # Errors
     /// If it is missing, or not UTF-8.
-    pub(super) fn part(&mut self, name: &str) -> Result<impl BufRead, ReadFault> {
+    pub(super) fn part(&mut self, name: &str) -> Result<Part<'_, 'a>, ReadFault> {
         let place = self.places.get(&key(name));
         let place = *place.ok_or_else(|| format!("the archive has no part \"{name}\""))?;
         let file = self.archive.by_index(place);
@@ -56,6 +59,7 @@ impl<'a> Package<'a> {
             file,
             limit: self.limit,
             left: &mut self.left,
+            event: 0,
         });
         let first = file.fill_buf().map_err(|error| fault(name, &error))?;
         if first.starts_with(&[0xff, 0xfe]) || first.starts_with(&[0xfe, 0xff]) {
@@ -72,6 +76,7 @@ impl<'a> Package<'a> {
             let mut buffer = Vec::new();
             loop {
                 buffer.clear();
+                reader.get_mut().get_mut().event = 0;
                 let event = reader.read_event_into(&mut buffer);
                 match event.map_err(|error| ReadFault::Damaged(format!("_rels/.rels: {error}")))? {
                     Event::Start(tag) | Event::Empty(tag) => {
@@ -101,11 +106,16 @@ impl<'a> Package<'a> {
     }
 }
 
+/// An open part.
+pub(super) type Part<'p, 'a> = BufReader<Limited<'p, ZipFile<'p, Cursor<&'a [u8]>>>>;
+
 /// Bytes of a part, of which the archive may unpack a limited number.
-struct Limited<'a, R> {
+pub(super) struct Limited<'a, R> {
     file: R,
     limit: u64,
     left: &'a mut u64,
+    /// Bytes since the last event, which whoever reads sets to 0.
+    pub(super) event: u64,
 }
 
 impl<R: Read> Read for Limited<'_, R> {
@@ -114,6 +124,12 @@ impl<R: Read> Read for Limited<'_, R> {
         match self.left.checked_sub(count as u64) {
             Some(left) => *self.left = left,
             None => return Err(io::Error::other(TooMuch(self.limit))),
+        }
+        self.event += count as u64;
+        if self.event > MAX_EVENT {
+            return Err(io::Error::other(format!(
+                "a tag or a text is longer than {MAX_EVENT} bytes"
+            )));
         }
         Ok(count)
     }
