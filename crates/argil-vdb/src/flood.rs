@@ -2,6 +2,7 @@
 
 use crate::{Leaf, Lower, RootTile, Tree, Upper, Voxel};
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 impl<V: Voxel> Tree<V> {
     /// Gives tiles and inactive voxels the background with the sign of the nearest value before them, along z, then y,
@@ -28,6 +29,7 @@ impl<V: Voxel> Tree<V> {
     /// Fills between upper nodes of one column along z.
     fn flood_root(&mut self) {
         let mut filled = Vec::new();
+        let known: HashSet<[i32; 3]> = self.tiles.iter().map(|tile| tile.origin).collect();
         for pair in self.uppers.windows(2) {
             let [low, high] = [&pair[0], &pair[1]];
             let is_column = low.origin[..2] == high.origin[..2];
@@ -40,7 +42,7 @@ impl<V: Voxel> Tree<V> {
             let mut z = low.origin[2] + 4096;
             while z < high.origin[2] {
                 let origin = [low.origin[0], low.origin[1], z];
-                if !self.tiles.iter().any(|tile| tile.origin == origin) {
+                if !known.contains(&origin) {
                     filled.push(RootTile {
                         origin,
                         value: self.background.negated(),

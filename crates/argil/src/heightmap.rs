@@ -1,12 +1,10 @@
 //! Reads heightmap images.
 
+#[cfg(feature = "png")]
+use crate::limits::MAX_IMAGE_PIXELS;
 use argil_mesh::MeshReadError;
 use argil_scene::SampledGrid;
 use std::path::Path;
-
-/// Maximum pixels of a heightmap image.
-#[cfg(feature = "png")]
-const MAX_PIXELS: u64 = 1 << 26;
 
 /// Returns the heights of a PNG image, from 0 for black to 1 for white. `resolution` limits the posts along the
 /// longer side; a finer image is averaged. Colors count by their luminance. `place` appears in messages.
@@ -26,11 +24,11 @@ pub(crate) fn heights(
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(wrong)?;
     let (width, height) = reader.info().size();
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+    if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
         return Err(MeshReadError::TooLarge {
             path: place.into(),
             what: format!(
-                "{width} × {height} pixels: heights are read of up to {MAX_PIXELS}; make it smaller"
+                "{width} × {height} pixels: heights are read of up to {MAX_IMAGE_PIXELS}; make it smaller"
             ),
         });
     }

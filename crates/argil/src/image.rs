@@ -1,5 +1,5 @@
 #[cfg(feature = "png")]
-use crate::ImageFileError;
+use crate::{ImageFileError, limits::MAX_IMAGE_PIXELS};
 use argil_render::{RayStatistics, RenderOutput};
 #[cfg(feature = "png")]
 use std::path::Path;
@@ -104,6 +104,12 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
     let own = decoder
         .read_header_info()
         .map_err(|e| fault(format!("not a PNG image: {e}")))?;
+    let (width, height) = own.size();
+    if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
+        return Err(fault(format!(
+            "{width} × {height} pixels: images have up to {MAX_IMAGE_PIXELS}; make it smaller"
+        )));
+    }
     let had_more = own.bit_depth == png::BitDepth::Sixteen
         || matches!(
             own.color_type,
@@ -131,4 +137,22 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
         rgb,
         lost_precision: had_more,
     })
+}
+
+#[cfg(all(test, feature = "png"))]
+mod tests {
+    use super::*;
+
+    /// A file of any length can announce pixels that fill the memory.
+    #[test]
+    fn absurd_sizes_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.png");
+        let file = std::fs::File::create(&path).expect("a file");
+        let mut encoder = png::Encoder::new(file, 60_000, 60_000);
+        encoder.set_color(png::ColorType::Rgb);
+        drop(encoder.write_header().expect("a header"));
+        let refused = read_png(&path).expect_err("too large").to_string();
+        assert!(refused.contains("60000 × 60000 pixels"), "{refused}");
+    }
 }

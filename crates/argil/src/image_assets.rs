@@ -1,13 +1,12 @@
 //! Reads the images that scenes name: textures, and environments.
 
+#[cfg(feature = "image-files")]
+use crate::limits::MAX_IMAGE_PIXELS;
 use crate::mesh_file_error::MeshFileError;
 use argil_scene::{Scene, SceneImage};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The most pixels of an image.
-#[cfg(feature = "image-files")]
-const MAX_PIXELS: u64 = 1 << 26;
 /// Light above this is cut, so that sums of it stay finite.
 #[cfg(feature = "image-files")]
 const MAX_LIGHT: f32 = 1e6;
@@ -53,9 +52,9 @@ fn decoded(bytes: &[u8], place: &Path) -> Result<SceneImage, MeshFileError> {
         reader.map_err(|error| damaged(error.into()))
     };
     let (width, height) = open()?.into_dimensions().map_err(damaged)?;
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+    if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
         return Err(fault(format!(
-            "{width} × {height} pixels: images have up to {MAX_PIXELS}; make it smaller"
+            "{width} × {height} pixels: images have up to {MAX_IMAGE_PIXELS}; make it smaller"
         )));
     }
     if width == 0 || height == 0 {

@@ -21,6 +21,9 @@ use std::path::{Path, PathBuf};
 const MAX_CELLS: u64 = 1 << 24;
 /// Maximum leaves that active tiles become.
 const MAX_LEAVES: u64 = 1 << 20;
+/// Cells and leaves of any file, however small. A cell takes 60 bytes, and a leaf 2 KiB.
+const FREE_CELLS: u64 = 1 << 20;
+const FREE_LEAVES: u64 = 1 << 14;
 /// Maximum distance of a voxel from the origin, along an axis.
 const MAX_INDEX: i32 = 1 << 24;
 /// Minimum voxels around the solid in the finest level.
@@ -148,13 +151,14 @@ pub fn read_volume_bytes(
     };
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let name = options.grid.as_deref();
+    let size = bytes.len() as u64;
     let mut all_grids = Vec::new();
     let (lattice, name, class) = match ending.to_lowercase().as_str() {
         "vdb" => {
             let file = VdbFile::parse(bytes).map_err(damaged)?;
             all_grids.extend(file.grids.iter().map(|own| own.name.clone()));
             let grid = file.float_grid(name);
-            of_grid(grid.map_err(damaged)?).map_err(refuse)?
+            of_grid(grid.map_err(damaged)?, size).map_err(refuse)?
         }
         "nvdb" => {
             let grids = nvdb::read(bytes).map_err(damaged)?;
@@ -163,7 +167,7 @@ pub fn read_volume_bytes(
                 .into_iter()
                 .find(|own| name.is_none_or(|name| own.header.name == name));
             let grid = found.ok_or_else(|| refuse(format!("no grid is named {name:?}")))?;
-            of_grid(grid).map_err(refuse)?
+            of_grid(grid, size).map_err(refuse)?
         }
         ending => {
             if name.is_some() {
@@ -182,7 +186,7 @@ pub fn read_volume_bytes(
         (false, None) => Ok(lattice),
     };
     let lattice = lattice.map_err(refuse)?;
-    let grid = sampled(&lattice).map_err(refuse)?;
+    let grid = sampled(&lattice, size).map_err(refuse)?;
     if let Some(own) = all_grids.iter().position(|other| *other == name) {
         all_grids.remove(own);
     }
@@ -198,12 +202,18 @@ pub fn read_volume_bytes(
 
 type NamedLattice = (Lattice, String, GridClass);
 
-fn of_grid(grid: Grid<f32>) -> Result<NamedLattice, String> {
+/// Returns the values of a grid in a file of some bytes.
+fn of_grid(grid: Grid<f32>, file_bytes: u64) -> Result<NamedLattice, String> {
     let Grid { header, mut tree } = grid;
+    let is_near = |c: &i32| c.unsigned_abs() <= MAX_INDEX as u32;
+    if !tree.uppers.iter().all(|own| own.origin.iter().all(is_near)) {
+        return Err(too_far());
+    }
     let has_tiles = tree.statistics().active_tiles != [0; 3];
-    if !tree.expand_active_tiles(MAX_LEAVES) {
+    let most = MAX_LEAVES.min(FREE_LEAVES + file_bytes / 32);
+    if !tree.expand_active_tiles(most) {
         return Err(format!(
-            "active tiles of grid {:?} take more than {MAX_LEAVES} leaves of 8³ voxels: resample it to larger voxels",
+            "active tiles of grid {:?} take more than {most} leaves of 8³ voxels: resample it to larger voxels",
             header.name
         ));
     }
@@ -224,8 +234,12 @@ fn of_grid(grid: Grid<f32>) -> Result<NamedLattice, String> {
     Ok((lattice, header.name, header.class))
 }
 
-/// Samples a shape, in cells of 8³ voxels whose corners are at multiples of 8.
-fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
+fn too_far() -> String {
+    format!("the solid reaches {MAX_INDEX} voxels from the origin or farther: move it nearer")
+}
+
+/// Samples a shape, in cells of 8³ voxels whose corners are at multiples of 8. Its file has some bytes.
+fn sampled(lattice: &Lattice, file_bytes: u64) -> Result<SampledGrid, String> {
     if !(lattice.voxel_size > 0.0 && lattice.origin.is_finite()) {
         return Err("the size or the place of its voxels is not a number".into());
     }
@@ -235,9 +249,7 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
         );
     };
     if low.min_element() < -MAX_INDEX || high.max_element() > MAX_INDEX {
-        return Err(format!(
-            "the solid reaches {MAX_INDEX} voxels from the origin or farther: move it nearer"
-        ));
+        return Err(too_far());
     }
     let side = SAMPLED_SIDE as i32;
     let first = (low - ROOM).map(|c| c.div_euclid(side));
@@ -245,12 +257,12 @@ fn sampled(lattice: &Lattice) -> Result<SampledGrid, String> {
     // An even number of cells, as levels have.
     let cells = (last - first + 2) / 2 * 2;
     let count: u64 = cells.to_array().map(|n| n as u64).iter().product();
-    if cells.max_element() > MAX_SIDE || count > MAX_CELLS {
+    let most = MAX_CELLS.min(FREE_CELLS + file_bytes);
+    if cells.max_element() > MAX_SIDE || count > most {
         return Err(format!(
-            "the solid takes {} voxels: at most {} along a side and {} cells of 8³ are read; resample it",
+            "the solid takes {} voxels: at most {} along a side and {most} cells of 8³ are read of a file of {file_bytes} bytes; resample it",
             high - low + 1,
-            MAX_SIDE * side,
-            MAX_CELLS
+            MAX_SIDE * side
         ));
     }
     let distances = Distances::new(lattice, first, cells);

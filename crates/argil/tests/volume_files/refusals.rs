@@ -198,3 +198,47 @@ fn active_tiles_count() {
         assert!(world.distance(side).abs() < 0.6, "{}", world.distance(side));
     }
 }
+
+/// A small file whose active tiles or whose box would take gigabytes is refused.
+#[test]
+fn small_files_take_little() {
+    use argil::vdb::{Codec, Grid, GridClass, GridHeader, Leaf, Transform, Tree, vdb};
+    let refused = |tree: Tree<f32>, part: &str| {
+        let header = GridHeader::new(
+            "all",
+            GridClass::LevelSet,
+            Transform::uniform(0.1, [0.0; 3]),
+        );
+        let grid = Grid::new(header, tree).into();
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let how = vdb::WriteOptions {
+            codec: Codec::Zip,
+            ..Default::default()
+        };
+        vdb::write(&mut bytes, &[grid], &how).expect("a file");
+        let bytes = bytes.into_inner();
+        assert!(bytes.len() < 100_000, "{}", bytes.len());
+        let read = argil::read_volume_bytes(&bytes, "a.vdb".as_ref(), &Default::default());
+        let reason = read.expect_err(part).to_string();
+        assert!(reason.contains(part), "{reason}");
+    };
+    let leaf = |at: i32| {
+        let mut leaf = Leaf::new([at; 3], 3.0);
+        leaf.set([at; 3], -0.5);
+        leaf
+    };
+    refused(
+        Tree::from_leaves(3.0, vec![leaf(0), leaf(1144)]),
+        "cells of 8³ are read of a file of",
+    );
+    refused(
+        Tree::from_leaves(3.0, vec![leaf(0), leaf(-(1 << 30))]),
+        "voxels from the origin",
+    );
+    let mut tiled = Tree::from_leaves(3.0, vec![leaf(0)]);
+    for place in 1..200 {
+        tiled.uppers[0].active.set(place, true);
+        tiled.uppers[0].tiles[place] = -1.0;
+    }
+    refused(tiled, "active tiles");
+}
