@@ -19,9 +19,10 @@ pub fn delta_name(number: u32) -> String {
     format!("edits/{number:06}.jsonl")
 }
 
-/// Whether an answer can be edits. Some web servers send a page for whatever they do not have.
+/// Whether an answer can be edits. Some web servers send a page, or nothing, for whatever they do not have.
 pub fn is_delta(bytes: &[u8]) -> bool {
-    !bytes.trim_ascii_start().starts_with(b"<")
+    let text = bytes.trim_ascii_start();
+    !text.is_empty() && !text.starts_with(b"<")
 }
 
 /// Performs edits on a scene, line by line. Returns their number. `place` appears in messages. A stroke that has no end ends here.

@@ -15,9 +15,11 @@ pub fn redacted(text: &str) -> String {
         let (before, after) = rest.split_at(at + 3);
         out.push_str(before);
         let ends = |c: char| c.is_whitespace() || matches!(c, '"' | '\'' | '<' | '>' | ')' | '`');
+        // A password can have the characters that end other addresses.
+        let word = after.split(char::is_whitespace).next().unwrap_or_default();
+        let after = &after[secret_end(word)..];
         let end = after.find(ends).unwrap_or(after.len());
         let (address, others) = after.split_at(end);
-        let address = &address[secret_end(address)..];
         out.push_str(address.split(['?', '#']).next().unwrap_or_default());
         rest = others;
     }
@@ -53,6 +55,12 @@ mod tests {
                 "get \"https://host/a/b\": 403",
             ),
             ("https://a@b@host", "https://host"),
+            ("https://me:pa)ss@host/w", "https://host/w"),
+            (
+                "get \"https://me:it's`<\"@host/w\": 403",
+                "get \"https://host/w\": 403",
+            ),
+            ("https:// me@host", "https:// me@host"),
             (
                 "s3://AKIA:wJal/K7MD+bPx/Ey@bucket/world",
                 "s3://bucket/world",
