@@ -1,5 +1,6 @@
 //! Python's exceptions for Rust's errors, with the same texts.
 
+use argil::field::CoincidingCopies;
 use argil::mesh::MeshReadError;
 use argil::scene::{EditError, FileError, ValidationError};
 use argil::{
@@ -123,6 +124,12 @@ pub fn warn(py: Python<'_>, path: &Path, warnings: &[String]) -> PyResult<()> {
         PyErr::warn(py, &kind, &CString::new(text)?, 2)?;
     }
     Ok(())
+}
+
+/// Raises a warning for each modifier of a scene whose copies are all in one place.
+pub fn warn_of_copies(py: Python<'_>, path: &Path, all: &[CoincidingCopies]) -> PyResult<()> {
+    let sentences: Vec<String> = all.iter().map(ToString::to_string).collect();
+    warn(py, path, &sentences)
 }
 
 /// Raises the warnings about meshes that a scene names.

@@ -5,19 +5,20 @@
 use crate::arrays::points;
 use crate::ask;
 use crate::axes::{box_from_python, box_to_python};
-use crate::errors::{ToPython, warn_of_meshes};
+use crate::errors::{ToPython, warn_of_copies, warn_of_meshes};
 use crate::mesh::Mesh;
 use crate::pictures::{self, PictureOptions};
 use crate::solid::Solid;
 use crate::tree::{Tree, complement, of_scene, within};
 use crate::work;
+use argil::field::CoincidingCopies;
 use argil::math::Control;
 use argil::scene::{Material, Modifier, Operator, Ramp, Scene, Shape};
 use argil::{BricksOptions, Engine, ExportOptions, MeshMethod, MeshOptions};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 /// A solid: a tree of shapes, operators and modifiers, which never changes.
@@ -47,10 +48,13 @@ impl Node {
         if let Some(solid) = self.solid.get() {
             return Ok(solid.clone());
         }
-        let built = work::run_short(py, || {
+        let (built, copies) = work::run_short(py, || {
             let scene = self.tree.to_scene().map_err(ToPython::to_python)?;
-            Solid::new(scene).map_err(ToPython::to_python)
+            let copies = CoincidingCopies::of(&scene);
+            let built = Solid::new(scene).map_err(ToPython::to_python)?;
+            Ok::<_, PyErr>((built, copies))
         })??;
+        warn_of_copies(py, Path::new("solid"), &copies)?;
         Ok(self.solid.get_or_init(|| Arc::new(built)).clone())
     }
 }

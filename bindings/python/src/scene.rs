@@ -2,10 +2,11 @@
 
 use crate::axes::box_from_python;
 use crate::bricks::Bricks;
-use crate::errors::{ToPython, warn_of_meshes};
+use crate::errors::{ToPython, warn_of_copies, warn_of_meshes};
 use crate::node::{Box3, Node, SceneText, parsed};
 use crate::tree::of_scene;
 use crate::work::{self, locked};
+use argil::field::CoincidingCopies;
 use argil::scene::{
     Edit, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, SampledGrid, Scene as Brushes,
 };
@@ -131,14 +132,16 @@ impl Scene {
         external: crate::worlds::External,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (scene, loaded) = work::run(py, progress.as_ref(), |control| {
+        let (scene, loaded, copies) = work::run(py, progress.as_ref(), |control| {
             let mut scene = Brushes::open(&path).map_err(ToPython::to_python)?;
             let folder = path.parent().unwrap_or(&path);
             let loaded = argil::load_meshes_with_control(&mut scene, folder, external, control);
             let loaded = loaded.map_err(ToPython::to_python)?;
-            Ok::<_, PyErr>((scene, loaded))
+            let copies = CoincidingCopies::of(&scene);
+            Ok::<_, PyErr>((scene, loaded, copies))
         })??;
         warn_of_meshes(py, &loaded)?;
+        warn_of_copies(py, &path, &copies)?;
         Ok(Self::of(scene))
     }
 

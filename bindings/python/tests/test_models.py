@@ -45,6 +45,16 @@ def test_3mf_files_point_up(tmp_path: Path) -> None:
     assert argil.Mesh.from_file(tmp_path / "a.3mf").size == pytest.approx((1, 2, 3))
 
 
+def test_copies_in_one_place_are_a_warning(tmp_path: Path) -> None:
+    around = argil.sphere(0.5).circular_array(6)
+    with pytest.warns(UserWarning, match="all copies are in one place"):
+        assert around.distance([[1.0, 0.0, 0.0]])[0] == pytest.approx(0.5)
+    text = '{"argil": 1, "brushes": [{"shape": {"type": "sphere", "radius": 1}, "modifiers": [{"type": "radial_repeat", "count": 6}]}]}'
+    (tmp_path / "a.json").write_text(text)
+    with pytest.warns(UserWarning, match=r"a.json: brushes\[0\].modifiers\[0\]: all copies"):
+        argil.Scene.load(tmp_path / "a.json")
+
+
 def test_what_a_reader_leaves_out_is_a_warning(tmp_path: Path) -> None:
     corners = "".join(f"v {x} {y} {z}\n" for x, y, z in [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
     (tmp_path / "a.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nl 1 2\n")
