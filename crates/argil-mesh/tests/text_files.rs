@@ -87,6 +87,8 @@ fn objs_of_other_programs_are_read() {
         &format!("{TRIANGLE}f 1/1/1 2/2/2 3//3\n"),
         &format!("{TRIANGLE}fo 1 2 3\n"),
         &format!("{TRIANGLE}f 1 \\\n2 3\n"),
+        &format!("# C:\\work\\\n{TRIANGLE}# in D:\\\nf 1 2 3\n"),
+        &format!("mtllib C:\\work\\\n{TRIANGLE}o D:\\\nf 1 2 3\n"),
         &format!("f 1 2 3\n{TRIANGLE}"),
         &format!("usemtl\nusemtl \nmtllib\ng\no\ns off\n{TRIANGLE}f 1 2 3"),
         "v 0 0 0 # p\nv 1 0 0 1 0 0\nv 0 1 0 1\nf 1 2 3\n",
@@ -404,6 +406,15 @@ fn damaged_plys_name_the_place() {
     assert!(fault(short.as_bytes(), MeshFormat::Ply).contains("truncated"));
     let far = ply("ascii", FACE) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n";
     assert!(fault(far.as_bytes(), MeshFormat::Ply).contains("missing vertex"));
+    let longer = ply("ascii", FACE) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\n3 0 2 1\n";
+    let file = read(longer.as_bytes(), MeshFormat::Ply).expect("a mesh");
+    assert!(
+        file.warnings[0].contains("first at line 15"),
+        "{:?}",
+        file.warnings
+    );
+    let odd = ply("ascii", &FACE.replace("indices", "list")) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    assert!(fault(odd.as_bytes(), MeshFormat::Ply).contains("\"vertex_indices\""));
     let flat = ply("ascii", FACE).replace("property float z\n", "");
     assert!(fault(flat.as_bytes(), MeshFormat::Ply).contains("x, y and z"));
     let many = ply(

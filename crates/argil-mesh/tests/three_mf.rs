@@ -51,25 +51,24 @@ const NAMESPACES: &str = r#"xmlns="http://schemas.microsoft.com/3dmanufacturing/
     xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"
     xmlns:s="http://schemas.microsoft.com/3dmanufacturing/slice/2015/07""#;
 
-/// Returns a tetrahedron's element, of a volume of a sixth.
+/// Returns the element of a tetrahedron, of a volume of a sixth.
 fn mesh_at(x: f32) -> String {
-    let corners = [
-        [x, 0.0, 0.0],
-        [x + 1.0, 0.0, 0.0],
-        [x, 1.0, 0.0],
-        [x, 0.0, 1.0],
-    ];
-    let vertex = |[x, y, z]: [f32; 3]| format!("<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>");
-    let triangle = |[a, b, c]: [u32; 3]| format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>");
-    format!(
-        "<mesh><vertices>{}</vertices><triangles>{}</triangles></mesh>",
-        corners.map(vertex).concat(),
-        tetrahedron()
-            .triangles
-            .iter()
-            .map(|&t| triangle(t))
-            .collect::<String>()
-    )
+    mesh_of(&[x])
+}
+
+/// Returns the element of tetrahedra.
+fn mesh_of(places: &[f32]) -> String {
+    let (mut vertices, mut triangles) = (String::new(), String::new());
+    for (first, x) in (0..).step_by(4).zip(places) {
+        for p in tetrahedron().positions {
+            vertices += &format!("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", x + p.x, p.y, p.z);
+        }
+        for t in tetrahedron().triangles {
+            let [a, b, c] = t.map(|i| first + i);
+            triangles += &format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>");
+        }
+    }
+    format!("<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>")
 }
 
 fn object(id: u32, content: &str) -> String {
@@ -335,6 +334,53 @@ fn what_is_left_out_is_named() {
     // A build without items.
     let file = read_all(&file_of(&model("", &object(1, &mesh_at(0.0)), ""))).expect("a mesh");
     assert!(file.mesh.triangles.len() == 4 && file.warnings[0].contains("places nothing"));
+}
+
+/// Slicers write what cuts an object, or changes how it is printed, beside its solid, and say so elsewhere.
+#[test]
+fn modifiers_of_slicers_are_left_out() {
+    let prusa = r#"<config><object id="1" instances_count="1"><metadata type="object" key="name" value="x"/>
+        <volume firstid="0" lastid="3"><metadata type="volume" key="volume_type" value="ModelPart"/></volume>
+        <volume firstid="4" lastid="7"><metadata type="volume" key="volume_type" value="NegativeVolume"/></volume>
+        <volume firstid="8" lastid="11"><metadata type="volume" key="modifier" value="1"/>
+        <metadata type="volume" key="volume_type" value="ParameterModifier"/></volume></object></config>"#;
+    let main = model(
+        "",
+        &object(1, &mesh_of(&[0.0, 3.0, 6.0])),
+        "<item objectid=\"1\"/>",
+    );
+    let file = read_all(&archive_of(&[
+        ("3D/3dmodel.model", &main),
+        ("Metadata/Slic3r_PE_model.config", prusa),
+    ]));
+    let file = file.expect("a mesh");
+    assert!(
+        (sixths(&file.mesh) - 1.0).abs() < 1e-5,
+        "{:?}",
+        file.warnings
+    );
+    let said = file.warnings.join("\n");
+    assert!(
+        said.contains("1 × negative volume") && said.contains("1 × modifier"),
+        "{said}"
+    );
+
+    let bambu = r#"<config><object id="3"><metadata key="name" value="x"/>
+        <part id="1" subtype="normal_part"/><part id="2" subtype="negative_part"/></object></config>"#;
+    let parts = "<components><component objectid=\"1\"/><component objectid=\"2\"/></components>";
+    let objects = object(1, &mesh_at(0.0)) + &object(2, &mesh_at(5.0)) + &object(3, parts);
+    let main = model("", &objects, "<item objectid=\"3\"/>");
+    let file = read_all(&archive_of(&[
+        ("3D/3dmodel.model", &main),
+        ("Metadata/model_settings.config", bambu),
+    ]));
+    let file = file.expect("a mesh");
+    assert_eq!(file.mesh.triangles.len(), 4);
+    assert!(
+        file.warnings[0].contains("1 × negative volume"),
+        "{:?}",
+        file.warnings
+    );
 }
 
 #[test]

@@ -101,6 +101,22 @@ impl LeftOut {
     }
 }
 
+/// Statements whose words are names and places of files. A folder of Windows ends in a backslash, too.
+const NAMES: &[&[u8]] = &[
+    b"o", b"g", b"usemtl", b"mtllib", b"usemap", b"maplib", b"call", b"csh",
+];
+
+/// Returns a line without the backslash at its end, if the next line continues it. Comments and names end with their line.
+fn continued(line: &[u8]) -> Option<&[u8]> {
+    let rest = line.trim_ascii_end().strip_suffix(b"\\")?;
+    let is_name = || {
+        text::words(line)
+            .next()
+            .is_some_and(|word| NAMES.contains(&word))
+    };
+    (!line.contains(&b'#') && !is_name()).then_some(rest)
+}
+
 /// Joins lines that end in a backslash with the next. Their number of lines stays, as empty ones.
 fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
     if !bytes.contains(&b'\\') {
@@ -109,7 +125,7 @@ fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::with_capacity(bytes.len());
     let mut owed = 0;
     for (_, line) in text::lines(bytes) {
-        match line.trim_ascii_end().strip_suffix(b"\\") {
+        match continued(line) {
             Some(line) => {
                 out.extend_from_slice(line);
                 out.push(b' ');

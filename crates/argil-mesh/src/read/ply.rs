@@ -109,6 +109,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
                 bytes.len()
             )));
         }
+        let is_corners = |p: &Property| meaning(p) == Meaning::Corners;
+        if own.name == "face" && own.count > 0 && !own.properties.iter().any(is_corners) {
+            let reason = "its faces have no list of corners named \"vertex_indices\" or \"vertex_index\": rename theirs";
+            return Err(ReadFault::Unsupported(reason.into()));
+        }
         let mut other = Lists::new();
         let (lists, is_read) = match &own.name[..] {
             "face" => (&mut faces, true),
@@ -117,7 +122,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
             _ => (&mut other, false),
         };
         element(own, &mut values, &mut file.mesh.positions, lists)?;
-        let has_corners = |p: &Property| meaning(p) == Meaning::Corners || p.name == "vertex1";
+        let has_corners = |p: &Property| is_corners(p) || p.name == "vertex1";
         if !is_read && own.count > 0 && own.properties.iter().any(has_corners) {
             let (count, name) = (own.count, &own.name);
             file.warnings.push(format!(

@@ -5,6 +5,7 @@
 
 mod model;
 mod package;
+mod settings;
 
 use super::budget::{Budget, Purpose, place};
 use super::error::ReadFault;
@@ -13,6 +14,7 @@ use crate::Mesh;
 use glam::{Affine3A, Mat4, Vec3};
 use model::{Model, Object, Placement, Role};
 use package::{Package, key};
+use settings::Settings;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
@@ -23,6 +25,7 @@ const MAX_DEPTH: u32 = 16;
 
 struct Reader<'a> {
     package: Package<'a>,
+    settings: Settings,
     models: HashMap<String, Rc<Model>>,
     data: Budget,
     copies: Budget,
@@ -35,10 +38,13 @@ struct Reader<'a> {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
+    let mut package = Package::open(bytes)?;
+    let mut data = Budget::new(Purpose::Data, bytes.len());
     let mut reader = Reader {
-        package: Package::open(bytes)?,
+        settings: Settings::read(&mut package, &mut data)?,
+        package,
         models: HashMap::new(),
-        data: Budget::new(Purpose::Data, bytes.len()),
+        data,
         copies: Budget::new(Purpose::Copies, bytes.len()),
         mesh: Mesh::default(),
         placed: 0,
@@ -115,7 +121,9 @@ impl Reader<'_> {
         if let Some(model) = self.models.get(&key) {
             return Ok(model.clone());
         }
-        let model = Rc::new(Model::read(&mut self.package, name, &mut self.data)?);
+        let mut model = Model::read(&mut self.package, name, &mut self.data)?;
+        self.settings.apply(&mut model);
+        let model = Rc::new(model);
         self.models.insert(key, model.clone());
         Ok(model)
     }
@@ -171,8 +179,8 @@ impl Reader<'_> {
                 .or_default() += 1;
             return Ok(());
         }
-        for &shape in &object.left_out {
-            *self.left_out.entry(shape).or_default() += 1;
+        for (&shape, count) in &object.left_out {
+            *self.left_out.entry(shape).or_default() += count;
         }
         let mut placement = outer * item.transform;
         // Other parts may have another unit.

@@ -88,12 +88,26 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Describes what was left out.
-    pub(super) fn warning(&self) -> Option<String> {
-        let Self::Text(lines) = self else { return None };
-        lines.first_longer.map(|number| {
-            format!("left out numbers that its header does not declare, first at line {number}")
-        })
+    /// Describes what was left out, after the last element.
+    pub(super) fn warning(mut self) -> Option<String> {
+        match &mut self {
+            Self::Text(lines) => {
+                let begun = lines.first_longer;
+                let first = begun.or_else(|| lines.advance().ok().map(|()| lines.number));
+                first.map(|number| {
+                    format!("left out what its header does not declare, first at line {number}")
+                })
+            }
+            Self::Binary { rest, .. } => {
+                let is_filling = rest.iter().all(|b| *b == 0 || b.is_ascii_whitespace());
+                (!is_filling).then(|| {
+                    format!(
+                        "left out {} bytes that its header does not declare",
+                        rest.len()
+                    )
+                })
+            }
+        }
     }
 
     /// Reads a number.

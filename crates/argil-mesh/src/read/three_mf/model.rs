@@ -49,8 +49,8 @@ pub(super) struct Object {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) components: Vec<Placement>,
     pub(super) role: Role,
-    /// Shapes of extensions, which are not read.
-    pub(super) left_out: BTreeSet<&'static str>,
+    /// Shapes that are not read, counted.
+    pub(super) left_out: BTreeMap<&'static str, u64>,
 }
 
 /// An object in a place.
@@ -161,7 +161,7 @@ impl Model {
                 let object = self.object();
                 object.role = role;
                 if is_coarse {
-                    object.left_out.insert("finer version");
+                    object.left_out.insert("finer version", 1);
                 }
             }
             b"component" => {
@@ -186,7 +186,7 @@ impl Model {
         let name = tag.local_name();
         let shape = SHAPES.iter().find(|(own, _)| *own == name.as_ref());
         if let Some(&(_, shape)) = shape {
-            self.object().left_out.insert(shape);
+            self.object().left_out.insert(shape, 1);
         }
         Ok(())
     }
@@ -223,7 +223,7 @@ impl Model {
     }
 }
 
-fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, ReadFault> {
+pub(super) fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, ReadFault> {
     for own in tag.attributes().with_checks(false) {
         let own = own.map_err(|error| error.to_string())?;
         if own.key.local_name().as_ref() == name.as_bytes() {
@@ -236,7 +236,7 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, ReadFau
 }
 
 /// Reads attributes that are numbers.
-fn numbers<const N: usize, T: FromStr + Copy + Default>(
+pub(super) fn numbers<const N: usize, T: FromStr + Copy + Default>(
     tag: &BytesStart<'_>,
     names: [&str; N],
 ) -> Result<[T; N], ReadFault> {

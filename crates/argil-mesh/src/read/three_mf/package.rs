@@ -46,6 +46,11 @@ impl<'a> Package<'a> {
         })
     }
 
+    /// Whether there is a part of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.places.contains_key(&key(name))
+    }
+
     /// Opens a part.
     ///
     /// # Errors
@@ -71,7 +76,7 @@ impl<'a> Package<'a> {
 
     /// Returns the name of the model that the archive is about.
     pub(super) fn main_model(&mut self) -> Result<String, ReadFault> {
-        if self.places.contains_key("_rels/.rels") {
+        if self.has("_rels/.rels") {
             let mut reader = Reader::from_reader(self.part("_rels/.rels")?);
             let mut buffer = Vec::new();
             loop {
@@ -98,7 +103,7 @@ impl<'a> Package<'a> {
         let usual = "3D/3dmodel.model";
         let mut models = self.places.keys().filter(|name| name.ends_with(".model"));
         match (models.next(), models.next()) {
-            _ if self.places.contains_key(&key(usual)) => Ok(usual.into()),
+            _ if self.has(usual) => Ok(usual.into()),
             (Some(only), None) => Ok(only.clone()),
             (None, _) => Err("the archive has no 3D/3dmodel.model".into()),
             _ => Err("the archive has several models, and _rels/.rels names none".into()),
