@@ -1,5 +1,6 @@
 //! All tests of this crate, as one program: its parts are linked once.
 
 mod copies;
+mod cut_away;
 mod instances;
 mod lists;

@@ -48,9 +48,6 @@ impl Extent {
     /// Returns the extent of the section at z = 0. Its distances are those of the whole solid, which ends nearer unless it
     /// is the same at every z.
     fn section(self) -> Self {
-        if !(self.aabb.min.z..=self.aabb.max.z).contains(&0.0) {
-            return Self::EMPTY;
-        }
         let is_prism = self.aabb.min.z == f32::NEG_INFINITY && self.aabb.max.z == f32::INFINITY;
         let level = self.aabb.size().truncate().length();
         Self {

@@ -144,10 +144,7 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: &Extent) 
             after = endless(after);
         }
         Modifier::Revolve { offset } => {
-            let r = region.max.x + offset;
-            if r < 0.0 {
-                return Aabb::EMPTY;
-            }
+            let r = (region.max.x + offset).max(0.0);
             after = around_y(r, region);
         }
         Modifier::Twist { .. } | Modifier::Bend { .. } => {
