@@ -20,7 +20,7 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
     let is_mesh = MeshFormat::from_path(&options.file).is_some();
     let is_sampled = is_mesh || argil::scene::is_image(&options.file.to_string_lossy());
     if !is_sampled {
-        refuse_other_meshes(&options.file)?;
+        input::refuse_unknown(&options.file)?;
     }
     ensure!(
         is_sampled || options.resolution.is_none(),
@@ -195,25 +195,6 @@ fn volume(options: &Import) -> anyhow::Result<()> {
     for key in ["grid", "class", "voxel", "voxels", "box", "memory_bytes"] {
         output::pair(key, &all[key]);
     }
-    Ok(())
-}
-
-/// File extensions of mesh formats that Argil does not read.
-const OTHER_MESHES: [&str; 14] = [
-    "3ds", "abc", "blend", "dae", "dxf", "fbx", "iges", "igs", "off", "step", "stp", "usd", "usdz",
-    "x3d",
-];
-
-/// Rejects a mesh in an unsupported format before it is parsed as a tree.
-fn refuse_other_meshes(path: &Path) -> anyhow::Result<()> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    let is_mesh = OTHER_MESHES.contains(&ending.to_lowercase().as_str());
-    ensure!(
-        !is_mesh,
-        "{}: unknown format; export it as {} (mesh) or .png (heightmap), for example from Blender",
-        path.display(),
-        MeshFormat::extensions("or")
-    );
     Ok(())
 }
 

@@ -10,6 +10,7 @@ use argil::{
     Representation, World,
 };
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Creates the requested engine, with the requested number of threads.
@@ -32,6 +33,32 @@ pub(crate) fn is_stored_world(input: &Path) -> bool {
         || ["manifest.json", "plan.json"]
             .iter()
             .any(|name| input.join(name).is_file())
+}
+
+/// Rejects a file of an unknown format before it is parsed as JSON.
+pub(crate) fn refuse_unknown(path: &Path) -> anyhow::Result<()> {
+    // A file that is not regular, such as a pipe, can be read only once.
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+        || !path.is_file()
+    {
+        return Ok(());
+    }
+    let mut start = Vec::new();
+    let file = std::fs::File::open(path).with_context(|| path.display().to_string())?;
+    file.take(64)
+        .read_to_end(&mut start)
+        .with_context(|| path.display().to_string())?;
+    let text = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&start);
+    ensure!(
+        matches!(text.trim_ascii_start().first(), None | Some(b'{' | b'[')),
+        "{}: unknown format: export it as {} (mesh), .vdb, .nvdb, .npy or .nrrd (volume) or .png (heightmap), for example \
+         from Blender or 3D Slicer, and convert that with `argil import`",
+        path.display(),
+        argil::mesh::MeshFormat::extensions("or")
+    );
+    Ok(())
 }
 
 /// Reads the scene of a scene file or of a volume file.
@@ -66,6 +93,7 @@ pub(crate) fn scene(path: &Path, outside: bool) -> anyhow::Result<Scene> {
     let mut scene = if is_volume(path)? {
         scene_of(&VolumeFile::open(path)?, path)?
     } else {
+        refuse_unknown(path)?;
         Scene::open(path)?
     };
     load_meshes(&mut scene, path, outside)?;

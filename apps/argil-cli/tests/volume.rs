@@ -293,3 +293,19 @@ fn volumes_are_not_named_as_other_files_are() {
         assert!(!std::path::Path::new(&place).exists());
     }
 }
+
+/// What is not JSON is not said to be damaged JSON.
+#[test]
+fn unknown_formats_are_named_with_a_way_round() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let scene = place("scene.json");
+    for name in ["a.fbx", "a.nhdr", "a.npz", "a.mha", "a"] {
+        let file = place(name);
+        std::fs::write(&file, b"NRRD0004\ndata file: a.raw\n\0").expect("a file");
+        for command in [&["import", &file, "-o", &scene][..], &["info", &file]] {
+            fails(command, 1, "unknown format");
+            fails(command, 1, ".nrrd (volume)");
+        }
+    }
+}
