@@ -230,6 +230,7 @@ fn relations_name_the_model() {
     for [first, second] in [
         ["3D/a.model", "3D/the_main.model"],
         ["a.model", "3D/THE_main.model"],
+        ["3D/a.model", "3D\\the%5Fmain.model"],
     ] {
         let parts = [
             ("_rels/.rels", RELATIONS),

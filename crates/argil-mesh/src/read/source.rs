@@ -167,7 +167,7 @@ pub fn path_within(folder: &Path, path: &Path) -> Option<PathBuf> {
 }
 
 /// Returns an address with its `%20` and the like as characters.
-fn decoded(uri: &str) -> String {
+pub(super) fn decoded(uri: &str) -> String {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {

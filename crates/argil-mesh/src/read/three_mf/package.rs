@@ -1,6 +1,7 @@
 //! The zip archive of a 3MF file, and the model that it names.
 
 use super::super::error::ReadFault;
+use super::super::source::decoded;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::collections::HashMap;
@@ -26,8 +27,10 @@ pub(super) struct Package<'a> {
     left: u64,
 }
 
-/// Returns a part's name as the archive has it: without a slash first, in lower case.
+/// Returns a part's name as archives are searched for it: without a slash first, in lower case, with `%20` and the like as
+/// characters. Some programs write backslashes.
 pub(super) fn key(name: &str) -> String {
+    let name = decoded(name).replace('\\', "/");
     name.trim_start_matches('/').to_lowercase()
 }
 
