@@ -10,7 +10,8 @@ use argil::field::CoincidingCopies;
 use argil::scene::{
     Edit, Material, Modifier, NodeDesc, NodeId, NodeKind, NodeTree, SampledGrid, Scene as Brushes,
 };
-use argil::{BricksOptions, Engine};
+use argil::volume::VolumeFile;
+use argil::{BricksOptions, Engine, VolumeFileError};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -133,7 +134,14 @@ impl Scene {
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (scene, loaded, copies) = work::run(py, progress.as_ref(), |control| {
-            let mut scene = Brushes::open(&path).map_err(ToPython::to_python)?;
+            // A volume holds the scene that it was made from.
+            let mut scene = if VolumeFile::is_volume_file(&path) {
+                let stored = VolumeFile::open(&path).map_err(VolumeFileError::from);
+                let scene = stored.and_then(|stored| argil::stored_scene(&stored, &path));
+                scene.map_err(ToPython::to_python)?
+            } else {
+                Brushes::open(&path).map_err(ToPython::to_python)?
+            };
             let folder = path.parent().unwrap_or(&path);
             let loaded = argil::load_meshes_with_control(&mut scene, folder, external, control);
             let loaded = loaded.map_err(ToPython::to_python)?;

@@ -25,10 +25,10 @@ def load(
 ) -> SDF3:
     """Reads a solid from a file.
 
-    Scenes: .json. Triangles: .obj, .ply, .stl, .3mf, .glb, .gltf; holes are closed, and the solid is sampled at `resolution` places
-    along its longest side, from 16 to 512. Volumes: .vdb, .nvdb, .nrrd and .npy, at their own voxels. What has y up by definition,
-    .json, .glb and .gltf, is turned, so that z points up. Scenes may name meshes in their folder, and `external` ones: True
-    allows all, and a list of files these.
+    Scenes: .json, and .argil, which holds its scene beside its bricks. Triangles: .obj, .ply, .stl, .3mf, .glb, .gltf; holes
+    are closed, and the solid is sampled at `resolution` places along its longest side, from 16 to 512. Volumes: .vdb, .nvdb,
+    .nrrd and .npy, at their own voxels. What has y up by definition, .json, .argil, .glb and .gltf, is turned, so that z points
+    up. Scenes may name meshes in their folder, and `external` ones: True allows all, and a list of files these.
 
     The axes of an array in a .npy file are [z, y, x], as in `SDF3.voxels`. It holds neither the size of voxels nor a place:
     `voxel_size` is the distance between samples, and `origin` the position (x, y, z) of the first one. Without them, the longest
@@ -63,9 +63,9 @@ def load(
         place = None if origin is None else vector3("origin", origin)
         level = None if iso is None else number("iso", iso)
         return _output.volume(name, None, grid, fog, level, size, place, progress)
-    if ending == ".json":
+    if ending in _output.OWN:
         return SDF3(_native.Scene.load(name, _output.external_of(external), _output.progress_of(progress)).solid())
-    known = (*_output.MESHES, *_output.VOLUMES, ".json", ".grid")
+    known = (*_output.MESHES, *_output.VOLUMES, *_output.OWN, ".grid")
     if ending not in known:
         raise ValueError(f"{name}: unknown extension; known are {', '.join(known)}")
     node = _native.Node.from_file(name, int(resolution), _output.progress_of(progress))

@@ -76,7 +76,7 @@ class Scene:
         external: bool | Sequence[str | os.PathLike[str]] = False,
         progress: Any = None,
     ) -> Scene:
-        """Reads a scene file. Meshes that it names are read too, from its folder.
+        """Reads a scene file, .json or .argil. Meshes that it names are read too, from its folder.
 
         `external` allows others: True all, or a list of files these.
 
