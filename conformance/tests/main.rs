@@ -4,6 +4,7 @@ mod abi;
 mod bounds;
 mod bricks;
 mod clips;
+mod columns;
 mod copies;
 mod edits;
 mod field;

@@ -14,7 +14,7 @@ impl Program {
     /// let mut scene = Scene::new();
     /// scene.push(Brush::new(Shape::sphere(0.5)))?;
     /// assert!(Program::lower(&scene)?.column_words().is_some());
-    /// scene.push(Brush::new(Shape::octahedron(0.5)))?;
+    /// scene.push(Brush::new(Shape::Octahedron { radius: 0.5 }))?;
     /// assert!(Program::lower(&scene)?.column_words().is_none());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
