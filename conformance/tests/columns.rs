@@ -53,6 +53,10 @@ fn fill(scene: &mut Scene, group: NodeId, depth: u32, numbers: &mut CaseRng, kin
         if numbers.between(0.0, 1.0) < 0.5 {
             inner = inner.with_modifier(Modifier::Round { radius: 0.02 });
         }
+        // The deeper operand comes first, and is exchanged with the other.
+        if numbers.between(0.0, 1.0) < 0.5 {
+            inner = inner.subtract();
+        }
         let made = scene.push_into(group, inner).expect("a group").node;
         fill(scene, made, depth - 1, numbers, kinds);
     }
@@ -135,7 +139,7 @@ fn three_samples_at_once_have_the_bits_of_each() {
             brick_size_voxels: [8, 4, 16][seed as usize % 3],
             ..BrickSettings::default()
         };
-        let grid = voxel_grid(&scene, &program, 40);
+        let grid = voxel_grid(&scene, &program, 28);
         let layout = BrickLayout::new(grid, &settings).expect("a layout");
         let cpu = Bricks::bake(&program, layout, None).expect("bricks").0;
         let built = GpuVolume::bricks(&field, &program, layout, None).wait();
@@ -154,7 +158,7 @@ fn three_samples_at_once_have_the_bits_of_each() {
         }
         samples += compared;
 
-        let (grid, encoding) = (voxel_grid(&scene, &program, 29), Encoding::default());
+        let (grid, encoding) = (voxel_grid(&scene, &program, 20), Encoding::default());
         let cpu = Dense::bake(&program, grid, encoding, false);
         let built = GpuVolume::dense(&field, &program, grid, encoding, false, DenseFill::Tiled);
         let found = built.wait().expect("a volume").0.download(&gpu).wait();
