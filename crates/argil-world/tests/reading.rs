@@ -65,6 +65,21 @@ fn far_views_fetch_little() {
     assert!(more > 4 * bytes, "{more} and {bytes}");
 }
 
+fn refuse_wrong_edits(world: &mut StoredWorld) {
+    for wrong in [
+        "",
+        "{",
+        r#"{"edit":"remove","node":"brushes[7]"}"#,
+        r#"{"edit":"insert","entry":{"shape":{"type":"mesh","path":"none.obj"}}}"#,
+    ] {
+        let error = world
+            .save_edits(wrong, "wrong.jsonl")
+            .expect_err(wrong)
+            .to_string();
+        assert!(error.starts_with("wrong.jsonl"), "{error}");
+    }
+}
+
 /// Edits are saved beside a world. Its tiles stay, and what is read is the edited scene.
 #[test]
 fn edits_lie_over_tiles() {
@@ -103,18 +118,7 @@ fn edits_lie_over_tiles() {
         two.save_edits(&second, "second").expect("saved"),
         "edits/000002.jsonl"
     );
-    for wrong in [
-        "",
-        "{",
-        r#"{"edit":"remove","node":"brushes[7]"}"#,
-        r#"{"edit":"insert","entry":{"shape":{"type":"mesh","path":"none.obj"}}}"#,
-    ] {
-        let error = two
-            .save_edits(wrong, "wrong.jsonl")
-            .expect_err(wrong)
-            .to_string();
-        assert!(error.starts_with("wrong.jsonl"), "{error}");
-    }
+    refuse_wrong_edits(&mut two);
     let mut edited = scene.clone();
     edited.apply_log_line(cut).expect("an edit");
     edited.apply_log_line(&second).expect("an edit");
