@@ -2,6 +2,7 @@
 
 mod block;
 mod leaf;
+mod node;
 mod sample;
 mod tree;
 mod wide;

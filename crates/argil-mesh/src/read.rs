@@ -1,6 +1,7 @@
 //! Reads mesh files.
 
 #[cfg(feature = "files")]
+mod address;
 mod budget;
 mod error;
 mod file;

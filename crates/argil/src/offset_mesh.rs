@@ -5,7 +5,7 @@
 //! offset by the distance to its triangles.
 
 use crate::World;
-use crate::field_mesh::Stages;
+use crate::field_mesh::{MeshMethod, Stages};
 use crate::mesh_error::MeshError;
 use crate::meshing::MeshOptions;
 use crate::representation::clip_box;
@@ -43,7 +43,9 @@ impl World {
         stages: &mut Stages,
     ) -> Result<OffsetSurface, MeshError> {
         let iso = options.iso;
+        // Cut edges would cut the surface around them, by more than a voxel far away.
         let at_zero = MeshOptions {
+            method: MeshMethod::DualContouring,
             iso: 0.0,
             normals: MeshNormals::None,
             ..*options

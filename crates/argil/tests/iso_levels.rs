@@ -184,3 +184,39 @@ fn volumes_refuse_levels_that_leave_their_box() {
     assert!(mesh(voxel).expect("a mesh").report.is_watertight());
     assert!(matches!(mesh(3.0 * voxel), Err(MeshError::LeavesBox(_))));
 }
+
+/// Around a sharp solid with sides a, b and c, the surface at a distance r has the volume abc + 2 (ab + bc + ca) r + π (a + b + c) r²
+/// + 4/3 π r³ (Steiner 1840).
+#[test]
+fn offsets_of_sharp_solids_have_their_volume() {
+    let mut scene = Scene::new();
+    let stretched = Modifier::Stretch {
+        by: [1.5, 0.8, 1.0],
+    };
+    let brush = Brush::new(Shape::cuboid([0.5, 0.5, 0.5])).with_modifier(stretched);
+    scene.push(brush).expect("a brush");
+    let [a, b, c] = [1.5f64, 0.8, 1.0];
+    for (resolution, most) in [(32, 0.005), (64, 0.0015)] {
+        let world = Engine::cpu().build(&scene).expect("a world").field();
+        let options = MeshOptions {
+            resolution,
+            iso: 0.3,
+            ..MeshOptions::default()
+        };
+        let output = world.mesh(&options).expect("a mesh");
+        let mesh = &output.mesh;
+        let of = |i: usize| {
+            let [a, b, c] = mesh.triangle_vertices(i).map(|p| p.as_dvec3());
+            a.dot(b.cross(c)) / 6.0
+        };
+        let volume: f64 = (0..mesh.triangles.len()).map(of).sum();
+        let r = f64::from(options.iso);
+        let pi = std::f64::consts::PI;
+        let exact = a * b * c
+            + 2.0 * (a * b + b * c + c * a) * r
+            + pi * (a + b + c) * r * r
+            + 4.0 / 3.0 * pi * r.powi(3);
+        let error = (volume - exact).abs() / exact;
+        assert!(error < most, "{resolution}: {volume} and {exact}: {error}");
+    }
+}

@@ -1,30 +1,15 @@
 //! A bounding-volume hierarchy over triangles, for nearest triangles and winding numbers.
 
 use super::leaf::{Leaf, WIDE};
+use super::node::BvhNode;
 use super::wide::WideTree;
 use crate::repair::solid_angle;
 use argil_math::Aabb;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::f64::consts::TAU;
 
 /// A node counts as one plate for points farther than this many of its radii.
 const FAR_RADII: f32 = 2.3;
-
-#[derive(Clone, Debug)]
-pub(super) struct BvhNode {
-    pub(super) low: Vec3,
-    pub(super) high: Vec3,
-    /// The first of two children, or a leaf.
-    pub(super) first: u32,
-    pub(super) is_leaf: bool,
-    /// The position and the area of its plate, and the radius of its triangles around it.
-    pub(super) middle: Vec3,
-    pub(super) plate: Vec3,
-    pub(super) radius: f32,
-    /// The plate's direction, and between which values its triangles lie along it, from the position.
-    pub(super) normal: Vec3,
-    pub(super) along: [f32; 2],
-}
 
 /// A bounding-volume hierarchy.
 #[derive(Debug)]
@@ -38,12 +23,12 @@ pub(super) struct Bvh {
 
 impl Bvh {
     pub(super) fn new(mut corners: Vec<[Vec3; 3]>) -> Self {
-        let mut nodes = vec![placeholder()];
+        let mut nodes = vec![BvhNode::placeholder()];
         let (mut leaves, mut begins) = (Vec::new(), Vec::new());
         let mut todo = vec![(0usize, 0usize, corners.len())];
         while let Some((at, begin, end)) = todo.pop() {
             let own = &mut corners[begin..end];
-            let mut node = summary(own);
+            let mut node = BvhNode::of(own);
             if own.len() <= WIDE {
                 node.is_leaf = true;
                 node.first = leaves.len() as u32;
@@ -61,7 +46,7 @@ impl Bvh {
                 own.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
                 let first = nodes.len();
                 node.first = first as u32;
-                nodes.extend([placeholder(), placeholder()]);
+                nodes.extend([BvhNode::placeholder(), BvhNode::placeholder()]);
                 todo.push((first, begin, begin + half));
                 todo.push((first + 1, begin + half, end));
             }
@@ -125,41 +110,5 @@ impl Bvh {
             }
         }
         turns / (2.0 * TAU)
-    }
-}
-
-fn placeholder() -> BvhNode {
-    summary(&[])
-}
-
-fn summary(triangles: &[[Vec3; 3]]) -> BvhNode {
-    let bounds = Aabb::around(triangles.iter().flatten().copied());
-    let (mut area, mut middle, mut plate) = (0.0, DVec3::ZERO, DVec3::ZERO);
-    for corners in triangles {
-        let [a, b, c] = corners.map(|p| p.as_dvec3());
-        let normal = 0.5 * (b - a).cross(c - a);
-        let own = normal.length();
-        area += own;
-        middle += own * (a + b + c) / 3.0;
-        plate += normal;
-    }
-    let middle = (middle / area.max(f64::MIN_POSITIVE)).as_vec3();
-    let reach = |p: &Vec3| p.distance(middle);
-    let normal = plate.normalize_or_zero().as_vec3();
-    let mut along = [f32::INFINITY, f32::NEG_INFINITY];
-    for p in triangles.iter().flatten() {
-        let at = (*p - middle).dot(normal);
-        along = [along[0].min(at), along[1].max(at)];
-    }
-    BvhNode {
-        low: bounds.min,
-        high: bounds.max,
-        first: 0,
-        is_leaf: false,
-        middle,
-        plate: plate.as_vec3(),
-        radius: triangles.iter().flatten().map(reach).fold(0.0, f32::max),
-        normal,
-        along,
     }
 }

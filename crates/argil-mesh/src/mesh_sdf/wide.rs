@@ -4,7 +4,7 @@
 //! with many children need few steps, and fit SIMD (Wald, Benthin, Boulos 2008).
 
 use super::leaf::{Leaf, WIDE, Wide3};
-use super::tree::BvhNode;
+use super::node::BvhNode;
 use glam::Vec3;
 
 /// The mark of a child that is a leaf.

@@ -1,7 +1,7 @@
 //! The zip archive of a 3MF file, and the model that it names.
 
+use super::super::address::decoded;
 use super::super::error::ReadFault;
-use super::super::source::decoded;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::collections::HashMap;
