@@ -10,17 +10,17 @@ var<private> own: array<f32, SAMPLES_PER_THREAD>;
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let nth = fill.first_layer + id.x;
-    if column_first_of(nth) != NO_COLUMN {
-        return;
-    }
     let near = near_cell(nth);
     let at = cell_index_of(near.x);
     list = list_range_of(nth);
     let cell = cell_at(at);
     let side = volume.brick_size_voxels + 1u;
-    let samples = side * side * side;
+    // No early return: all threads must meet at the barriers.
+    let is_own = column_first_of(nth) == NO_COLUMN;
+    let samples = select(0u, side * side * side, is_own);
     if local == 0u {
         atomicStore(&nearest, 0xffffffffu);
+        slot = 0xffffffffu;
     }
     workgroupBarrier();
     var n = 0u;
@@ -33,7 +33,7 @@ fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_i
     }
     atomicMin(&nearest, mine);
     workgroupBarrier();
-    if local == 0u {
+    if local == 0u && is_own {
         settle(near, at);
     }
     workgroupBarrier();
