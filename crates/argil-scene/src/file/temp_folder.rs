@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
-/// A new folder that is removed with all that it holds, unless it gets a name: see [`remove_temp_files`].
+/// A new folder that is removed with all that it holds, unless it gets a name: see `remove_temp_files`.
 #[derive(Debug)]
 pub struct TempFolder {
     path: PathBuf,
