@@ -1,4 +1,4 @@
-//! Small mesh files that took minutes or gigabytes. The test runner ends what takes minutes again.
+//! Small mesh files that took minutes or gigabytes.
 
 use argil_mesh::{MeshFile, MeshFormat, MeshReadError, from_bytes, repair};
 use glam::Vec3;
