@@ -1,6 +1,5 @@
 //! Reads mesh files.
 
-#[cfg(feature = "files")]
 mod address;
 mod budget;
 mod error;
