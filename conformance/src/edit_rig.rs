@@ -106,6 +106,7 @@ impl EditRig {
         let program = Program::lower(scene).expect("a program");
         let solid = program.aabb();
         let is_cut = !solid.is_finite() && !solid.is_empty();
+        let before = self.layout;
         let turns = is_cut != self.layout.voxel_grid().is_clipped;
         if turns {
             let voxel_grid = self.layout.voxel_grid().recomputed(solid, frame_of(scene));
@@ -121,7 +122,7 @@ impl EditRig {
                 (RigVolume::Gpu(_), None) => {}
             }
         }
-        let work = EditQueue::new(&self.layout, &self.live, &boxes);
+        let work = EditQueue::new(&self.layout, &before, &self.live, &boxes);
         let Some(work) = work.filter(|_| !upset.needs_rebuild && !turns) else {
             self.watch.set(self.layout.margins(&program));
             self.kept = RigVolume::bake(self.field.as_mut(), &program, self.layout);
@@ -131,10 +132,8 @@ impl EditRig {
             self.seen = scene.change_count();
             return;
         };
-        let mut edits = BrickPendingEdits {
-            layout: self.layout,
-            queue: work,
-        };
+        let mut edits = BrickPendingEdits::of(self.layout);
+        edits.queue = work;
         match (&mut self.kept, &mut self.field) {
             (RigVolume::Cpu(bricks), _) => {
                 let edit = bricks.edit(&self.live, &mut edits.queue, None, None);
@@ -180,7 +179,7 @@ impl EditRig {
         }
     }
 
-    /// Counts differences from a fresh bake in a new box: cells, table entries, and blocks that should have been
+    /// Counts differences from a fresh bake: cells, table entries, and blocks that should have been
     /// freed.
     pub fn differing(&self, scene: &Scene) -> u64 {
         self.compare(scene).0
@@ -189,10 +188,8 @@ impl EditRig {
     /// Returns what [`EditRig::differing`] counts, and describes the first cell that has a brick in one of the two.
     pub fn compare(&self, scene: &Scene) -> (u64, Option<String>) {
         let program = Program::lower(scene).expect("a program");
-        let voxel_grid = self.layout.voxel_grid();
-        let voxel_grid = voxel_grid.recomputed(program.aabb(), frame_of(scene));
-        let layout = self.layout.with_grid(voxel_grid.expect("a voxel grid"));
-        let layout = layout.expect("a layout");
+        // It has the same box, if that contains the solid.
+        let layout = self.layout.grown_to(program.aabb()).expect("a layout");
         let mut field = self.fresh.borrow_mut();
         let fresh = RigVolume::bake(field.as_mut(), &program, layout);
         let fresh = fresh.bricks(field.as_ref().map(|field| &**field.gpu()));

@@ -8,6 +8,7 @@ mod columns;
 mod copies;
 mod edits;
 mod field;
+mod growth;
 mod import;
 mod light;
 mod manifold;

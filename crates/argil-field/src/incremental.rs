@@ -176,6 +176,12 @@ impl IncrementalProgram {
         &self.update.loosened
     }
 
+    /// Returns a box outside which distances are at least the parts' far length. It may be infinite, and includes operands
+    /// that are gone.
+    pub fn near_box(&self) -> Aabb {
+        self.index.reached
+    }
+
     /// Returns the maximum number of instructions of the whole program.
     pub fn instruction_count(&self) -> usize {
         self.length

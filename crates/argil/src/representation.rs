@@ -23,9 +23,7 @@ pub use octree::OctreeOptions;
 pub use options::BuildTimings;
 use options::RepresentationOptions;
 pub(crate) use options::{BuildContext, Storage};
-pub(crate) use voxel_grid::{
-    clip_box, has_outgrown, recomputed_grid, updated_grid, view_bounds_of,
-};
+pub(crate) use voxel_grid::{clip_box, has_outgrown, updated_grid, view_bounds_of};
 
 /// Generates [`Representation`] and its conversions from a list.
 macro_rules! representations {

@@ -29,22 +29,26 @@ pub struct EditQueue {
     units: Vec<EditBatch>,
     /// Whether all work comes from the program's last update, so that its change set is complete.
     is_latest: bool,
-    /// Boxes in which the facts about jumps changed.
+    /// Boxes in which more than distances changed: facts about jumps, or whether blocks are examined at all.
     loosened: Vec<Aabb>,
 }
 
 impl EditQueue {
     /// Creates the work for edits that `incremental` has just applied, whose boxes have a layout's
-    /// [margins](BrickLayout::margins). Returns `None` if a rebuild is as fast.
+    /// [margins](BrickLayout::margins). `before` is the layout before them, whose box may be smaller. Returns `None` if a
+    /// rebuild is as fast.
     pub fn new(
         layout: &BrickLayout,
+        before: &BrickLayout,
         incremental: &IncrementalProgram,
         boxes: &[[Aabb; 2]],
     ) -> Option<Self> {
         // Cells account for jumps as far as they store distances.
         let far = layout.far_length() + layout.cell_length();
         let loosened = incremental.jumps_added().iter().map(|held| held.grown(far));
-        let loosened: Vec<Aabb> = loosened.collect();
+        let loosened: Vec<Aabb> = loosened
+            .chain(newly_searched(layout, before, incremental.near_box()))
+            .collect();
         let mut work = Self {
             boxes: joined(boxes),
             units: Vec::new(),
@@ -190,6 +194,34 @@ impl EditQueue {
         }
         Some(blocks)
     }
+}
+
+/// Returns boxes of the blocks that a larger layout examines and the one before did not, where `near` has distances
+/// that blocks store: distances that a modifier divided are small far outside the solid's box.
+fn newly_searched(
+    layout: &BrickLayout,
+    before: &BrickLayout,
+    near: Aabb,
+) -> impl Iterator<Item = Aabb> {
+    let ([low, high], [inner_low, inner_high]) = (searched(layout), searched(before));
+    let edge = layout.cell_length() * BLOCK_SIDE as f32;
+    let corner = layout.voxel_grid.corner;
+    let slab = move |side: usize| {
+        let (axis, is_above) = (side / 2, side % 2 == 1);
+        let (mut first, mut end) = (low, high);
+        if is_above {
+            first[axis] = inner_high[axis];
+        } else {
+            end[axis] = inner_low[axis];
+        }
+        let held = Aabb::new(
+            corner + edge * first.as_vec3(),
+            corner + edge * end.as_vec3(),
+        );
+        let grown = first.cmplt(end).all().then(|| held.intersection(near));
+        grown.filter(|grown| !grown.is_empty())
+    };
+    (0..6).filter_map(slab)
 }
 
 /// Groups blocks by part.

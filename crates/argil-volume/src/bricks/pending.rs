@@ -14,6 +14,8 @@ pub struct BrickPendingEdits {
     pub layout: BrickLayout,
     /// The remaining work.
     pub queue: EditQueue,
+    /// The layout when work was last added.
+    merged: BrickLayout,
 }
 
 impl BrickPendingEdits {
@@ -21,6 +23,7 @@ impl BrickPendingEdits {
     pub fn of(layout: BrickLayout) -> Self {
         Self {
             layout,
+            merged: layout,
             queue: EditQueue::default(),
         }
     }
@@ -61,9 +64,10 @@ impl PendingEdits for BrickPendingEdits {
     }
 
     fn merge(&mut self, live: &IncrementalProgram, boxes: &[[Aabb; 2]]) -> bool {
-        let Some(work) = EditQueue::new(&self.layout, live, boxes) else {
+        let Some(work) = EditQueue::new(&self.layout, &self.merged, live, boxes) else {
             return false;
         };
+        self.merged = self.layout;
         let left = std::mem::replace(&mut self.queue, work);
         self.queue.merge(&self.layout, live, left);
         true

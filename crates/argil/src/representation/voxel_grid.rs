@@ -104,7 +104,7 @@ fn finite_part_of(scene: &Scene) -> Aabb {
 
 /// Returns a grid with the same voxels over the scene's current box. A box around an infinite solid's finite part
 /// changes only if that part has outgrown it, and then also contains the old box.
-pub(crate) fn recomputed_grid(
+fn recomputed_grid(
     grid: &VoxelGrid,
     scene: &Scene,
     program: &Program,

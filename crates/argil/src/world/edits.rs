@@ -4,7 +4,7 @@ use super::World;
 use crate::edit_session::{EditSession, EditableVolume, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
-use crate::representation::{BuildContext, Storage, recomputed_grid, updated_grid, view_bounds_of};
+use crate::representation::{BuildContext, Storage, updated_grid, view_bounds_of};
 use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
 use argil_gpu::GpuProgram;
@@ -186,9 +186,9 @@ impl World {
             None => None,
         };
         let field = field.as_ref();
-        // The box is computed again, because it must contain what edits put outside the old one.
+        // It has the same box, if that contains the scene.
         let voxel_grid = match self.storage.voxel_grid() {
-            Some(voxel_grid) => Some(recomputed_grid(&voxel_grid, &self.scene, &program)?),
+            Some(voxel_grid) => Some(updated_grid(&voxel_grid, &self.scene, &program)?),
             None => None,
         };
         let site = BuildContext {
