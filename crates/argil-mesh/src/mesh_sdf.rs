@@ -2,19 +2,17 @@
 
 mod block;
 mod leaf;
-mod node;
 mod sample;
 mod tree;
-mod wide;
 
 use crate::repair::{RepairReport, repair};
+use crate::nearest::NearestSearch;
 use crate::{Mesh, MeshReadError};
 use argil_math::Aabb;
 use glam::Vec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 use tree::Bvh;
-use wide::NearestSearch;
 
 /// Minimum of the longest side of a box: fourth powers of its triangles' sides must not underflow.
 const MIN_SIZE: f32 = 1e-4;

@@ -1,9 +1,8 @@
 //! Reads volumes of other programs as shapes.
 
 mod dense_file;
-mod far;
+mod distances;
 mod lattice;
-mod rebuilt;
 
 use argil_math::Aabb;
 use argil_scene::{SAMPLED_SIDE, SampledGrid, ValidationError};
@@ -11,10 +10,9 @@ use argil_vdb::vdb::VdbFile;
 use argil_vdb::{Grid, GridClass, VdbError, nvdb};
 use dense_file::read_dense;
 pub use dense_file::{RawLayout, RawType};
-use far::Distances;
+use distances::Distances;
 use glam::{IVec3, Vec3};
 use lattice::{Lattice, Samples};
-use rebuilt::rebuilt;
 use std::path::{Path, PathBuf};
 
 /// Maximum cells of 8³ voxels in the box of a volume.
@@ -98,8 +96,8 @@ pub fn is_volume_file(path: &Path) -> bool {
 }
 
 /// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
-/// the file's at all voxels nearer to the surface than two voxels. Farther away they are those to the surface's triangles, as far
-/// as twice the solid's size. In a box of more than 2¹⁸ cells of 8³ voxels they are lower bounds.
+/// the file's at all voxels nearer to the surface than two voxels. Farther away they are those to the surface between voxels, as
+/// far as twice the solid's size.
 ///
 /// ```
 /// # use argil::prelude::*;
@@ -265,13 +263,9 @@ fn sampled(lattice: &Lattice, file_bytes: u64) -> Result<SampledGrid, String> {
             MAX_SIDE * side
         ));
     }
-    let distances = Distances::new(lattice, first, cells);
-    if !distances.has_surface() {
-        return Err(
-            "no value is next to a surface: these are no distances; densities need --class fog"
-                .into(),
-        );
-    }
+    let distances = Distances::new(lattice, first * side).ok_or(
+        "no value is next to a surface: these are no distances; densities need --class fog",
+    )?;
     let place = |index: IVec3| lattice.origin + lattice.voxel_size * index.as_vec3();
     let solid = Aabb::new(place(low - 1), place(high + 1));
     let corner = place(first * side);
@@ -279,5 +273,5 @@ fn sampled(lattice: &Lattice, file_bytes: u64) -> Result<SampledGrid, String> {
     let grid = SampledGrid::sample(corner, cell, cells.as_uvec3(), solid, &distances);
     let text = |error: ValidationError| error.to_string();
     grid.check().map_err(text)?;
-    Ok(rebuilt(lattice, &grid).unwrap_or(grid))
+    Ok(grid)
 }

@@ -4,7 +4,7 @@
 //! Only points that none reaches need a winding number.
 
 use super::MeshSdf;
-use super::wide::NearestSearch;
+use crate::nearest::NearestSearch;
 use argil_scene::{SAMPLED_SIDE, SampledBlock};
 use glam::{UVec3, uvec3};
 

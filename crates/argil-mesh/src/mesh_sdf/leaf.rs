@@ -1,22 +1,17 @@
 //! Distances to eight triangles at once.
 
+use crate::nearest::{Leaf, WIDE, Wide3};
 use glam::Vec3;
-
-/// Triangles per leaf.
-pub(super) const WIDE: usize = 8;
-
-/// Three numbers for each of eight triangles or boxes.
-pub(super) type Wide3 = [[f32; WIDE]; 3];
 
 /// A leaf's triangles: a vertex, and the vectors to the other two. Missing ones repeat the first.
 #[derive(Clone, Debug)]
-pub(super) struct Leaf {
+pub(super) struct TriangleLeaf {
     a: Wide3,
     ab: Wide3,
     ac: Wide3,
 }
 
-impl Leaf {
+impl TriangleLeaf {
     pub(super) fn new(triangles: &[[Vec3; 3]]) -> Self {
         let mut leaf = Self {
             a: [[0.0; WIDE]; 3],
@@ -35,11 +30,12 @@ impl Leaf {
         }
         leaf
     }
+}
 
-    /// Returns the smallest squared distance to the triangles: to the plane where the foot lies within, else to
-    /// the sides.
+impl Leaf for TriangleLeaf {
+    /// To the plane where the foot lies within, else to the sides.
     #[inline(always)]
-    pub(super) fn square(&self, p: Vec3) -> f32 {
+    fn square(&self, p: Vec3) -> f32 {
         let Self { a, ab, ac } = self;
         let mut least = [f32::INFINITY; WIDE];
         for i in 0..WIDE {

@@ -1,8 +1,8 @@
 //! Samples a mesh's distances in a grid.
 
-use super::wide::NearestSearch;
 use super::{MeshSdf, block};
 use crate::MeshReadError;
+use crate::nearest::NearestSearch;
 use argil_math::Control;
 use argil_scene::{DistanceSampler, SampledBlock, SampledGrid};
 use glam::Vec3;

@@ -1,8 +1,7 @@
 //! A bounding-volume hierarchy over triangles, for nearest triangles and winding numbers.
 
-use super::leaf::{Leaf, WIDE};
-use super::node::BvhNode;
-use super::wide::WideTree;
+use super::leaf::TriangleLeaf;
+use crate::nearest::{BvhNode, WIDE, WideTree};
 use crate::repair::solid_angle;
 use argil_math::Aabb;
 use glam::Vec3;
@@ -15,7 +14,7 @@ const FAR_RADII: f32 = 2.3;
 #[derive(Debug)]
 pub(super) struct Bvh {
     nodes: Vec<BvhNode>,
-    pub(super) nearest: WideTree,
+    pub(super) nearest: WideTree<TriangleLeaf>,
     pub(super) corners: Vec<[Vec3; 3]>,
     /// The index of each leaf's first triangle.
     begins: Vec<(u32, u32)>,
@@ -32,7 +31,7 @@ impl Bvh {
             if own.len() <= WIDE {
                 node.is_leaf = true;
                 node.first = leaves.len() as u32;
-                leaves.push(Leaf::new(own));
+                leaves.push(TriangleLeaf::new(own));
                 begins.push((begin as u32, end as u32));
             } else {
                 let middles = Aabb::around(own.iter().map(|c| c[0] + c[1] + c[2]));

@@ -174,8 +174,14 @@ fn smooth(nest: &mut Nest, measure: &dyn DistanceSampler) {
         let samples: Vec<Vec<f32>> = wider
             .par_iter()
             .map(|&cell| {
-                let kind = nest.levels[cell.level].cells[cell.index].kind;
-                samples_of(&block_of(nest, cell), kind + 1, measure)
+                let own = &nest.levels[cell.level].cells[cell.index];
+                let block = block_of(nest, cell);
+                let samples = match own.kind {
+                    0 => &block.corners,
+                    _ => &own.samples[..],
+                };
+                let centers = center_samples(&block, own.kind, measure);
+                refined(&block, own.kind, (samples, &centers), measure)
             })
             .collect();
         for (&cell, samples) in wider.iter().zip(samples) {
@@ -224,14 +230,19 @@ fn cell_samples(
     let is_fine = is_near || cell.level > 0 || away <= CREASE_VOXELS * voxel;
     let max_kind = MAX_KIND - u8::from(!is_fine);
     let tolerance = TOLERANCE * voxel * (1.0 + 2.0 * away / size);
-    let mut kind = if is_near { MAX_KIND } else { 0 };
-    let mut samples = match kind {
-        0 => block.corners.to_vec(),
-        kind => samples_of(&block, kind, measure),
-    };
-    while kind < max_kind && error_at_centers(&block, kind, &samples, measure) > tolerance {
+    let (mut kind, mut samples) = (0, block.corners.to_vec());
+    if is_near {
+        kind = MAX_KIND;
+        samples = vec![0.0; volume(UVec3::splat(SAMPLED_SIDE + 1))];
+        measure.sample_block(&block, &mut samples);
+    }
+    while kind < max_kind {
+        let centers = center_samples(&block, kind, measure);
+        if error_at_centers(kind, &samples, &centers) <= tolerance {
+            break;
+        }
+        samples = refined(&block, kind, (&samples, &centers), measure);
         kind += 1;
-        samples = samples_of(&block, kind, measure);
     }
     if kind == 0 {
         samples = Vec::new();
@@ -243,37 +254,54 @@ fn cell_samples(
     }
 }
 
-/// Samples a cell at a number of intervals, 2 to the power of `kind`.
-fn samples_of(block: &SampledBlock, kind: u8, measure: &dyn DistanceSampler) -> Vec<f32> {
-    let points = UVec3::splat((1 << kind) + 1);
-    let mut out = vec![0.0; volume(points)];
-    if kind == MAX_KIND {
-        measure.sample_block(block, &mut out);
-    } else {
-        let step = block.step * (SAMPLED_SIDE >> kind) as f32;
-        let point = |i: usize| block.first + step * place_of(i, points).as_vec3();
-        let points: Vec<Vec3> = (0..out.len()).map(point).collect();
-        measure.distances(&points, &mut out);
-    }
-    out
-}
-
-/// Returns the largest error of interpolation at the centers between samples.
-fn error_at_centers(
-    block: &SampledBlock,
-    kind: u8,
-    samples: &[f32],
-    measure: &dyn DistanceSampler,
-) -> f32 {
+/// Returns the distances at the centers between a cell's samples. It has 2 to the power of `kind` intervals.
+fn center_samples(block: &SampledBlock, kind: u8, measure: &dyn DistanceSampler) -> Vec<f32> {
     let side = UVec3::splat(1 << kind);
     let step = block.step * (SAMPLED_SIDE >> kind) as f32;
     let center = |i: usize| block.first + step * (place_of(i, side).as_vec3() + 0.5);
     let centers: Vec<Vec3> = (0..volume(side)).map(center).collect();
     let mut distances = vec![0.0; centers.len()];
     measure.distances(&centers, &mut distances);
+    distances
+}
+
+/// Returns samples of a cell at twice as many intervals, given those it has, and those at the centers between them.
+fn refined(
+    block: &SampledBlock,
+    kind: u8,
+    (samples, centers): (&[f32], &[f32]),
+    measure: &dyn DistanceSampler,
+) -> Vec<f32> {
+    let side = UVec3::splat(1 << kind);
+    let points = 2 * side + 1;
+    let step = block.step * (SAMPLED_SIDE >> (kind + 1)) as f32;
+    let mut out = vec![0.0; volume(points)];
+    let (mut indices, mut places) = (Vec::new(), Vec::new());
+    for (i, out) in out.iter_mut().enumerate() {
+        let place = place_of(i, points);
+        match (place % 2).element_sum() {
+            0 => *out = samples[index(place / 2, side + 1)],
+            3 => *out = centers[index(place / 2, side)],
+            _ => {
+                indices.push(i);
+                places.push(block.first + step * place.as_vec3());
+            }
+        }
+    }
+    let mut distances = vec![0.0; places.len()];
+    measure.distances(&places, &mut distances);
+    for (i, d) in indices.into_iter().zip(distances) {
+        out[i] = d;
+    }
+    out
+}
+
+/// Returns the largest error of interpolation at the centers between samples.
+fn error_at_centers(kind: u8, samples: &[f32], centers: &[f32]) -> f32 {
+    let side = UVec3::splat(1 << kind);
     let error = |(i, d): (usize, &f32)| {
         let around = corners(place_of(i, side)).map(|p| samples[index(p, side + 1)]);
         (around.iter().sum::<f32>() / 8.0 - d).abs()
     };
-    distances.iter().enumerate().map(error).fold(0.0, f32::max)
+    centers.iter().enumerate().map(error).fold(0.0, f32::max)
 }

@@ -1,11 +1,22 @@
-//! Searches for the nearest triangle, with eight children of a node measured at once.
+//! Searches for the nearest leaf, with eight children of a node measured at once.
 //!
-//! *Theory.* A search descends into the nearest child first, and skips what lies farther than the nearest triangle so far. Nodes
+//! *Theory.* A search descends into the nearest child first, and skips what lies farther than the nearest leaf so far. Nodes
 //! with many children need few steps, and fit SIMD (Wald, Benthin, Boulos 2008).
 
-use super::leaf::{Leaf, WIDE, Wide3};
 use super::node::BvhNode;
 use glam::Vec3;
+
+/// Children per node.
+pub(crate) const WIDE: usize = 8;
+
+/// Three numbers for each of eight triangles or boxes.
+pub(crate) type Wide3 = [[f32; WIDE]; 3];
+
+/// What lies together in a tree.
+pub(crate) trait Leaf {
+    /// Returns the smallest squared distance of a point to what the leaf holds.
+    fn square(&self, p: Vec3) -> f32;
+}
 
 /// The mark of a child that is a leaf.
 const LEAF: u32 = 1 << 31;
@@ -74,16 +85,16 @@ impl WideNode {
     }
 }
 
-/// Triangles in leaves, below nodes of eight children.
+/// Leaves below nodes of eight children.
 #[derive(Debug)]
-pub(super) struct WideTree {
+pub(crate) struct WideTree<L> {
     nodes: Vec<WideNode>,
-    leaves: Vec<Leaf>,
+    leaves: Vec<L>,
 }
 
-impl WideTree {
+impl<L> WideTree<L> {
     /// Joins the nodes of a tree whose first node is its root.
-    pub(super) fn new(binary: &[BvhNode], leaves: Vec<Leaf>) -> Self {
+    pub(crate) fn new(binary: &[BvhNode], leaves: Vec<L>) -> Self {
         let mut nodes = vec![WideNode::EMPTY];
         let mut todo = vec![(0usize, 0usize)];
         while let Some((at, from)) = todo.pop() {
@@ -121,15 +132,15 @@ fn children(binary: &[BvhNode], from: usize) -> Vec<usize> {
 }
 
 /// A search of a tree for points, of which consecutive ones lie close together.
-pub(super) struct NearestSearch<'a> {
-    tree: &'a WideTree,
+pub(crate) struct NearestSearch<'a, L> {
+    tree: &'a WideTree<L>,
     stack: Vec<(f32, u32)>,
     /// The leaf that was nearest last.
     nearest: u32,
 }
 
-impl<'a> NearestSearch<'a> {
-    pub(super) fn new(tree: &'a WideTree) -> Self {
+impl<'a, L: Leaf> NearestSearch<'a, L> {
+    pub(crate) fn new(tree: &'a WideTree<L>) -> Self {
         Self {
             tree,
             stack: Vec::with_capacity(64),
@@ -137,9 +148,9 @@ impl<'a> NearestSearch<'a> {
         }
     }
 
-    /// Returns the distance to the nearest triangle.
+    /// Returns the distance to the nearest leaf.
     #[inline(always)]
-    pub(super) fn distance(&mut self, p: Vec3) -> f32 {
+    pub(crate) fn distance(&mut self, p: Vec3) -> f32 {
         let mut best = self.tree.leaves[self.nearest as usize].square(p);
         self.stack.clear();
         self.stack.push((0.0, 0));
