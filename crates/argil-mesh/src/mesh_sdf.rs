@@ -5,8 +5,8 @@ mod leaf;
 mod sample;
 mod tree;
 
-use crate::repair::{RepairReport, repair};
 use crate::nearest::NearestSearch;
+use crate::repair::{RepairReport, repair};
 use crate::{Mesh, MeshReadError};
 use argil_math::Aabb;
 use glam::Vec3;

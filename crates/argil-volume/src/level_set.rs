@@ -5,9 +5,12 @@
 //!
 //! *Practice.* Each region has a pruned program (`argil_field::Pruner`), so samples equal the whole program's.
 
+mod correct;
+
 use argil_abi::{GpuMaterial, Instruction};
 use argil_field::{CELLS_PER_BATCH, Evaluator, LANES, Program, Pruner};
 use argil_math::{Aabb, Control};
+use correct::correct;
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -21,14 +24,6 @@ const TASK: i32 = 128;
 const FACTOR: i32 = 4;
 /// Samples of a leaf.
 const SAMPLES: usize = 512;
-/// Samples along a leaf's side, with one more on each side.
-const WIDE: usize = 10;
-/// Samples of a leaf with one more on each side.
-const WIDE_SAMPLES: usize = WIDE * WIDE * WIDE;
-/// A slope that differs less from 1 is 1.
-const SLOPE_TOLERANCE: f32 = 0.02;
-/// The least slope that values are divided by.
-const MIN_SLOPE: f32 = 0.05;
 
 /// The lattice and the band of a level set. The sample with index `i` is at `voxel_size · i`, in the scene's space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +36,8 @@ pub struct LevelSetLayout {
     pub region: Aabb,
     /// Whether the region's sides cut the solid off there, so that it is closed.
     pub is_cut: bool,
-    /// Whether bounds become distances: where the field's slope is not 1, as in blends, values are divided by it.
+    /// Whether bounds become distances: where the field's slope is not 1, as in blends, values are lengths of ways to the
+    /// surface.
     pub is_corrected: bool,
 }
 
@@ -220,13 +216,17 @@ impl<'a> LevelSetBaker<'a> {
     ) {
         let voxel = self.layout.voxel_size;
         let middle = 0.5 * (side - 1) as f32;
-        // Slopes need a sample more on each side.
-        let beside = if self.layout.is_corrected { 1.0 } else { 0.0 };
         let centers: Vec<Vec3> = origins
             .iter()
             .map(|origin| voxel * (origin.as_vec3() + middle))
             .collect();
-        let half_diagonal = 3f32.sqrt() * voxel * (middle + beside);
+        // Steps to the surface leave a leaf by the band's width at most, and use the program of a larger region.
+        let beside = if self.layout.is_corrected && side > LEAF {
+            self.layout.half_width()
+        } else {
+            0.0
+        };
+        let half_diagonal = 3f32.sqrt() * voxel * middle + beside;
         let mut distances = [0.0; CELLS_PER_BATCH];
         let distances = &mut distances[..centers.len()];
         pruner.classify_cells(program, &centers, half_diagonal, distances);
@@ -279,7 +279,6 @@ struct LeafBaker<'a> {
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
     points: [[f32; SAMPLES]; 3],
-    wide: Box<[f32; WIDE_SAMPLES]>,
     materials: Vec<GpuMaterial>,
 }
 
@@ -291,7 +290,6 @@ impl<'a> LeafBaker<'a> {
             pruner: Pruner::new(of.program),
             evaluator: Evaluator::new(of.program),
             points: [[0.0; SAMPLES]; 3],
-            wide: Box::new([0.0; WIDE_SAMPLES]),
             materials: vec![GpuMaterial::default(); LANES],
         }
     }
@@ -328,46 +326,19 @@ impl<'a> LeafBaker<'a> {
                 },
             );
             for (origin, range) in near {
-                leaves.extend(self.leaf(origin, &own[range]));
+                leaves.extend(self.leaf(origin, &own[range], program));
             }
             own.clear();
         }
     }
 
-    /// Divides values by the field's slope, where that is not 1.
-    fn correct(&mut self, origin: IVec3, program: &[Instruction], values: &mut [f32; SAMPLES]) {
-        let layout = &self.of.layout;
-        let voxel = layout.voxel_size;
-        let mut points = [[0.0; LANES]; 3];
-        for first in (0..WIDE_SAMPLES).step_by(LANES) {
-            let count = LANES.min(WIDE_SAMPLES - first);
-            for (axis, along) in points.iter_mut().enumerate() {
-                for (i, c) in along[..count].iter_mut().enumerate() {
-                    let at = first + i;
-                    let inner = [at / WIDE / WIDE, at / WIDE % WIDE, at % WIDE][axis];
-                    *c = voxel * (origin[axis] + inner as i32 - 1) as f32;
-                }
-            }
-            let [x, y, z] = points.each_ref().map(|axis| &axis[..count]);
-            let out = &mut self.wide[first..first + count];
-            self.evaluator.distances_with(program, x, y, z, out);
-            if layout.is_cut {
-                for (i, value) in out.iter_mut().enumerate() {
-                    *value = value.max(layout.distance_to_cut(Vec3::new(x[i], y[i], z[i])));
-                }
-            }
-        }
-        for (i, value) in values.iter_mut().enumerate() {
-            let place = ((i / 64 + 1) * WIDE + i / 8 % 8 + 1) * WIDE + i % 8 + 1;
-            let slope = slope(&self.wide, place, voxel);
-            if (slope - 1.0).abs() > SLOPE_TOLERANCE {
-                *value /= slope.max(MIN_SLOPE);
-            }
-        }
-    }
-
-    /// Samples a leaf. Returns nothing if no voxel is in the band.
-    fn leaf(&mut self, origin: IVec3, program: &[Instruction]) -> Option<LevelSetLeaf> {
+    /// Samples a leaf, given its program, and that of the region around it. Returns nothing if no voxel is in the band.
+    fn leaf(
+        &mut self,
+        origin: IVec3,
+        program: &[Instruction],
+        outer: &[Instruction],
+    ) -> Option<LevelSetLeaf> {
         let layout = &self.of.layout;
         let band = layout.half_width();
         for i in 0..SAMPLES {
@@ -407,7 +378,13 @@ impl<'a> LeafBaker<'a> {
         }
         let reach = self.of.value_reach();
         if layout.is_corrected && values.iter().any(|value| value.abs() < reach) {
-            self.correct(origin, program, &mut values);
+            let programs = [program, outer];
+            correct(
+                &mut self.evaluator,
+                programs,
+                &self.points,
+                (&mut values, [band, reach]),
+            );
         }
         let is_near = values.iter().any(|value| value.abs() < band);
         is_near.then(|| LevelSetLeaf {
@@ -416,22 +393,6 @@ impl<'a> LeafBaker<'a> {
             colors,
         })
     }
-}
-
-/// Returns the slope of samples away from the surface, by the scheme of Godunov for |∇d| = 1 (Rouy and Tourin, "A viscosity
-/// solutions approach to shape-from-shading", 1992). Across a crease, it is that of one side.
-fn slope(samples: &[f32; WIDE_SAMPLES], place: usize, voxel: f32) -> f32 {
-    let own = samples[place];
-    let sign = if own < 0.0 { -1.0 } else { 1.0 };
-    let mut square = 0.0;
-    for stride in [1, WIDE, WIDE * WIDE] {
-        // How much nearer to the surface either neighbor is.
-        let before = sign * (own - samples[place - stride]);
-        let after = sign * (own - samples[place + stride]);
-        let nearer = before.max(after).max(0.0);
-        square += nearer * nearer;
-    }
-    square.sqrt() / voxel
 }
 
 /// Returns the origins of the parts of a region, x slowest.

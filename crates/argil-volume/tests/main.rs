@@ -4,4 +4,5 @@ mod far_pages;
 mod file;
 mod instances;
 mod layouts;
+mod level_sets;
 mod tiles;

@@ -10,42 +10,69 @@ fn world(shape: Shape) -> World {
     Engine::cpu().build(&scene).expect("a world").field()
 }
 
+/// Returns the errors of a shape's distances in voxels, after a trip through a file: at places whose distance lies between two
+/// numbers of voxels, sorted.
+fn errors(
+    shape: &Shape,
+    file: &std::path::Path,
+    resolution: u32,
+    [from, to]: [f32; 2],
+) -> Vec<f32> {
+    let written = world(shape.clone());
+    let options = ExportOptions {
+        resolution,
+        ..ExportOptions::default()
+    };
+    written.export(file, &options).expect("a file");
+    let read = read_volume(file, &argil::VolumeReadOptions::default()).expect("a volume");
+    let voxel = read.voxel_size;
+    let copy = world(Shape::sampled("solid", read.grid));
+    let mut errors = Vec::new();
+    // A spiral over the directions, and lengths up to twice the size of a solid.
+    for i in 0..4000u16 {
+        let i = f32::from(i);
+        let z = (i + 0.5) / 2000.0 - 1.0;
+        let (sin, cos) = (2.399_963 * i).sin_cos();
+        let way = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
+        let p = way * (0.618_034 * i).fract() * 1.8;
+        let right = written.distance(p.to_array());
+        if (from..to).contains(&(right.abs() / voxel)) {
+            errors.push((copy.distance(p.to_array()) - right).abs() / voxel);
+        }
+    }
+    errors.sort_by(f32::total_cmp);
+    errors
+}
+
 #[test]
 fn volumes_know_distances_beyond_their_band() {
     let here = tempfile::tempdir().expect("a folder");
-    // Exact inside and outside.
-    let shapes = [Shape::sphere(0.5), Shape::cuboid([0.5, 0.4, 0.3])];
+    // Exact inside and outside, with edges, corners and a hole.
+    let shapes = [
+        Shape::sphere(0.5),
+        Shape::cuboid([0.5, 0.4, 0.3]),
+        Shape::cylinder(0.3, 0.4),
+        Shape::torus(0.4, 0.15),
+    ];
     for (shape, ending) in shapes
         .iter()
         .flat_map(|shape| ["vdb", "nvdb"].map(|e| (shape, e)))
     {
-        let written = world(shape.clone());
         let file = here.path().join(format!("solid.{ending}"));
-        let options = ExportOptions {
-            resolution: 48,
-            ..ExportOptions::default()
-        };
-        written.export(&file, &options).expect("a file");
-        let read = read_volume(&file, &argil::VolumeReadOptions::default()).expect("a volume");
-        let voxel = read.voxel_size;
-        let copy = world(Shape::sampled("solid", read.grid));
-        let ways = [
-            Vec3::X,
-            Vec3::new(0.6, 0.7, 0.3),
-            Vec3::new(-0.3, 0.2, 0.9),
-            -Vec3::Y,
-        ];
-        for way in ways.map(Vec3::normalize) {
-            for away in [0.0, 0.2, 0.45, 0.6, 0.9, 1.5, 2.3] {
-                let p = away * way;
-                let right = written.distance(p.to_array());
-                let d = copy.distance(p.to_array());
-                let most = 0.6 * voxel * (1.0 + right.abs());
-                assert!(
-                    (d - right).abs() < most,
-                    "{ending} {shape:?}: {d} and {right} at {p}"
-                );
-            }
+        for (range, most) in [([0.0, 10.0], [0.06, 0.4]), ([10.0, 1000.0], [0.2, 0.6])] {
+            let own = errors(shape, &file, 64, range);
+            let tenth = own[own.len() * 9 / 10];
+            let last = own[own.len() - 1];
+            assert!(
+                tenth < most[0] && last < most[1],
+                "{ending} {shape:?} {range:?}: {tenth} and {last} voxels"
+            );
         }
+        let mean = |resolution: u32| {
+            let all = errors(shape, &file, resolution, [0.0, f32::MAX]);
+            all.iter().sum::<f32>() / all.len() as f32 / resolution as f32
+        };
+        let [coarse, fine] = [32, 64].map(mean);
+        assert!(fine < 0.7 * coarse, "{ending} {shape:?}: {coarse} {fine}");
     }
 }

@@ -6,7 +6,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 
 /// Points per leaf.
-const POINTS: usize = 32;
+const POINTS: usize = 64;
 
 /// The points of a leaf, an axis each. Missing ones repeat the first.
 #[derive(Clone, Debug)]
@@ -14,7 +14,8 @@ struct PointLeaf([[f32; POINTS]; 3]);
 
 impl PointLeaf {
     fn new(points: &[[Vec3; 2]]) -> Self {
-        let of = |axis: usize, i: usize| points.get(i).or(points.first()).map_or(0.0, |p| p[0][axis]);
+        let of =
+            |axis: usize, i: usize| points.get(i).or(points.first()).map_or(0.0, |p| p[0][axis]);
         Self([0, 1, 2].map(|axis| std::array::from_fn(|i| of(axis, i))))
     }
 }
@@ -75,7 +76,9 @@ impl SurfacePoints {
             } else {
                 let size = node.high - node.low;
                 let axis = size.max_position();
-                let half = (held.len() / 2).next_multiple_of(POINTS).min(held.len() - 1);
+                let half = (held.len() / 2)
+                    .next_multiple_of(POINTS)
+                    .min(held.len() - 1);
                 held.select_nth_unstable_by(half, |a, b| a[0][axis].total_cmp(&b[0][axis]));
                 let first = nodes.len();
                 node.first = first as u32;

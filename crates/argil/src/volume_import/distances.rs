@@ -6,7 +6,7 @@
 
 use super::lattice::Lattice;
 use argil_mesh::SurfacePoints;
-use argil_scene::DistanceSampler;
+use argil_scene::{DistanceSampler, SAMPLED_SIDE, SampledBlock};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 
@@ -17,6 +17,9 @@ const BAND: f32 = 2.0;
 /// on others.
 const BESIDE: f32 = 0.14;
 
+/// From this sum of second differences on, in voxels, values tell of a corner. A sphere of eight voxels has less.
+const CORNER: f32 = 0.25;
+
 /// Distances at any place. Known ones near the surface are those of the file.
 pub(super) struct Distances<'a> {
     lattice: &'a Lattice,
@@ -24,6 +27,8 @@ pub(super) struct Distances<'a> {
     first: IVec3,
     /// Where the surface crosses the edges, in voxels.
     surface: SurfacePoints,
+    /// Up to this many voxels, values of the file are taken as they are.
+    trusted: f32,
 }
 
 impl<'a> Distances<'a> {
@@ -32,41 +37,75 @@ impl<'a> Distances<'a> {
         let boxes = lattice.known_boxes();
         let points = |origin: &IVec3| crossings(lattice, *origin, (*origin - first).as_vec3());
         let points: Vec<[Vec3; 2]> = boxes.par_iter().flat_map_iter(points).collect();
+        // Where values rise by at least half of a distance, one of at most 1.5 voxels is at most 3 voxels away.
+        let flat = points.iter().filter(|[_, slope]| slope.length() < 0.5);
+        let is_steep = flat.count() < points.len() / 64;
         let surface = (!points.is_empty()).then(|| SurfacePoints::new(points))?;
         Some(Self {
             lattice,
             first,
             surface,
+            trusted: if is_steep { 0.75 * BAND } else { 0.0 },
         })
+    }
+
+    /// Returns the place of a point in voxels from the first index.
+    fn place(&self, point: Vec3) -> Vec3 {
+        (point - self.lattice.origin) / self.lattice.voxel_size - self.first.as_vec3()
+    }
+
+    /// Returns a signed distance, given the value at the nearest index, and the distance in voxels to the nearest crossing.
+    fn joined(&self, (value, is_known): (f32, bool), crossing: f32) -> f32 {
+        let voxel = self.lattice.voxel_size;
+        let voxels = (crossing * crossing - BESIDE).max(0.0).sqrt();
+        let stored = value.abs() / voxel;
+        // A value that is much too short must not end beside a distance.
+        let share = match is_known {
+            true => (stored.max(voxels - 1.0) / BAND - 1.0).clamp(0.0, 1.0),
+            false => 1.0,
+        };
+        (voxel * (stored + (voxels - stored) * share)).copysign(value)
     }
 }
 
 impl DistanceSampler for Distances<'_> {
     fn distances(&self, points: &[Vec3], out: &mut [f32]) {
-        let Lattice {
-            voxel_size, origin, ..
-        } = *self.lattice;
-        let first = self.first.as_vec3();
-        let places: Vec<Vec3> = points
-            .iter()
-            .map(|&p| (p - origin) / voxel_size - first)
-            .collect();
+        let places: Vec<Vec3> = points.iter().map(|&p| self.place(p)).collect();
         self.surface.distances(&places, out);
         for (place, d) in places.iter().zip(out) {
-            let (value, is_known) = self.lattice.value(self.first + place.round().as_ivec3());
-            let voxels = (*d * *d - BESIDE).max(0.0).sqrt();
-            let stored = value.abs() / voxel_size;
-            // A value that is much too short must not end beside a distance.
-            let share = match is_known {
-                true => (stored.max(voxels - 1.0) / BAND - 1.0).clamp(0.0, 1.0),
-                false => 1.0,
-            };
-            *d = (voxel_size * (stored + (voxels - stored) * share)).copysign(value);
+            let index = self.first + place.round().as_ivec3();
+            *d = self.joined(self.lattice.value(index), *d);
+        }
+    }
+
+    fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
+        let first = self.place(block.first).round();
+        if (block.step / self.lattice.voxel_size - 1.0).abs() > 0.01 {
+            let places: Vec<Vec3> = (0..out.len()).map(|i| block.position(i)).collect();
+            return self.distances(&places, out);
+        }
+        let index = self.first + first.as_ivec3();
+        let mut values = Vec::new();
+        self.lattice
+            .values_in(index, SAMPLED_SIDE as usize + 1, &mut values);
+        let trusted = self.trusted * self.lattice.voxel_size;
+        let is_far = |&i: &usize| !values[i].1 || values[i].0.abs() > trusted;
+        let far: Vec<usize> = (0..out.len()).filter(is_far).collect();
+        let place = |&i: &usize| self.place(block.position(i));
+        let places: Vec<Vec3> = far.iter().map(place).collect();
+        let mut crossings = vec![0.0; far.len()];
+        self.surface.distances(&places, &mut crossings);
+        for (out, (value, _)) in out.iter_mut().zip(&values) {
+            *out = *value;
+        }
+        for (i, crossing) in far.into_iter().zip(crossings) {
+            out[i] = self.joined(values[i], crossing);
         }
     }
 }
 
-/// Returns where the surface crosses the edges from a box of 8³ voxels, in voxels from its first, `begin`, and its slopes there.
+/// Returns where the surface crosses the edges from a box of 8³ voxels, and the slopes of the distances there, per voxel. The first
+/// voxel of the box lies at `begin`.
 fn crossings(lattice: &Lattice, origin: IVec3, begin: Vec3) -> Vec<[Vec3; 2]> {
     const SIDE: usize = 10;
     let mut values = Vec::new();
@@ -74,14 +113,16 @@ fn crossings(lattice: &Lattice, origin: IVec3, begin: Vec3) -> Vec<[Vec3; 2]> {
     lattice.values_in(origin - 1, SIDE, &mut values);
     let strides = [1, SIDE, SIDE * SIDE];
     let slope = |place: usize| {
-        let own = values[place].0;
-        Vec3::from(strides.map(|stride| {
-            let [before, after] = [place - stride, place + stride].map(|at| match values[at] {
-                (value, true) => value,
-                _ => own,
-            });
-            after - before
-        }))
+        let slope = strides.map(|stride| {
+            let [before, after] = [values[place - stride], values[place + stride]];
+            match (before.1, after.1) {
+                (true, true) => 0.5 * (after.0 - before.0),
+                (true, false) => values[place].0 - before.0,
+                (false, true) => after.0 - values[place].0,
+                (false, false) => 0.0,
+            }
+        });
+        Vec3::from(slope) / lattice.voxel_size
     };
     let mut points = Vec::new();
     for i in 0..512 {
@@ -90,6 +131,18 @@ fn crossings(lattice: &Lattice, origin: IVec3, begin: Vec3) -> Vec<[Vec3; 2]> {
         let (value, is_known) = values[place];
         if !is_known {
             continue;
+        }
+        let around = strides.map(|stride| [values[place - stride], values[place + stride]]);
+        let around = around.as_flattened();
+        // Beside a corner, distances are those to it, and bend: the crossings would cut it off.
+        let bend: f32 = around.iter().map(|(other, _)| other - value).sum();
+        if value.abs() <= BAND * lattice.voxel_size
+            && bend * value.signum() > CORNER * lattice.voxel_size
+            && around.iter().all(|(_, is_known)| *is_known)
+        {
+            let slope = slope(place);
+            let way = slope.normalize_or_zero() * (value / lattice.voxel_size);
+            points.push([begin + inner.as_vec3() - way, slope]);
         }
         for (axis, stride) in IVec3::AXES.into_iter().zip(strides) {
             for (side, other) in [(axis, place + stride), (-axis, place - stride)] {

@@ -1,0 +1,87 @@
+//! Level sets hold distances, at edges and corners too, where differences between samples tell no slope.
+
+use argil_field::Program;
+use argil_math::Control;
+use argil_scene::{Brush, Modifier, Scene, Shape};
+use argil_volume::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
+use glam::Vec3;
+
+/// Returns the leaves of a level set, and its layout.
+fn level_set(brush: Brush, is_corrected: bool) -> (Vec<LevelSetLeaf>, LevelSetLayout) {
+    let mut scene = Scene::new();
+    scene.push(brush).expect("a brush");
+    let program = Program::lower(&scene).expect("a program");
+    let layout = LevelSetLayout {
+        voxel_size: 0.013,
+        half_width_voxels: 3.0,
+        region: program.aabb(),
+        is_cut: false,
+        is_corrected,
+    };
+    let control = Control::default();
+    let baker = LevelSetBaker::new(&program, layout, 4096, &control);
+    let parts = baker.parts();
+    let leaves = parts.flat_map(|part| baker.bake(part, false, &control));
+    (leaves.collect(), layout)
+}
+
+/// Returns the largest error of every `step`th value in the band, in voxels.
+fn error_of(
+    (leaves, layout): &(Vec<LevelSetLeaf>, LevelSetLayout),
+    step: usize,
+    exact: impl Fn(Vec3) -> f32,
+) -> f32 {
+    let band = layout.half_width();
+    let values = leaves.iter().flat_map(|leaf| {
+        let origin = Vec3::from(leaf.origin.map(|c| c as f32));
+        leaf.values.iter().enumerate().map(move |(i, &value)| {
+            let inner = Vec3::from([i / 64, i / 8 % 8, i % 8].map(|c| c as f32));
+            (layout.voxel_size * (origin + inner), value)
+        })
+    });
+    let near = values.filter(|(_, value)| value.abs() < band);
+    near.step_by(step)
+        .map(|(p, value)| (value - exact(p)).abs() / layout.voxel_size)
+        .fold(0.0, f32::max)
+}
+
+#[test]
+fn distances_stay_exact_at_edges() {
+    let half = Vec3::new(0.5, 0.4, 0.3);
+    let of_box = |p: Vec3| {
+        let way = p.abs() - half;
+        way.max(Vec3::ZERO).length() + way.max_element().min(0.0)
+    };
+    let cuboid = level_set(Brush::new(Shape::cuboid(half.to_array())), true);
+    assert!(error_of(&cuboid, 1, of_box) < 1e-3);
+    let of_cylinder = |p: Vec3| {
+        let (x, y) = (p.x.hypot(p.z) - 0.3, p.y.abs() - 0.4);
+        x.max(0.0).hypot(y.max(0.0)) + x.max(y).min(0.0)
+    };
+    let cylinder = level_set(Brush::new(Shape::cylinder(0.3, 0.4)), true);
+    assert!(error_of(&cylinder, 1, of_cylinder) < 1e-3);
+}
+
+/// A stretched sphere has bounds. The truth is the nearest of dense points of the surface.
+#[test]
+fn bounds_become_distances() {
+    let radii = Vec3::new(0.6, 0.3, 0.3);
+    let points: Vec<Vec3> = (0..100_000u32)
+        .map(|i| {
+            let z = (f64::from(i) + 0.5) / 50_000.0 - 1.0;
+            let (sin, cos) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            radii * Vec3::new((across * cos) as f32, (across * sin) as f32, z as f32)
+        })
+        .collect();
+    let exact = |p: Vec3| {
+        let inside = (p / radii).length() - 1.0;
+        let nearest = points.iter().map(|q| q.distance_squared(p));
+        nearest.fold(f32::MAX, f32::min).sqrt().copysign(inside)
+    };
+    let stretched = Brush::new(Shape::sphere(0.3)).with_modifier(Modifier::Stretch {
+        by: [2.0, 1.0, 1.0],
+    });
+    assert!(error_of(&level_set(stretched.clone(), true), 401, exact) < 0.2);
+    assert!(error_of(&level_set(stretched, false), 401, exact) > 0.5);
+}
