@@ -22,7 +22,7 @@ use crate::{ClearanceModel, LowerError, OpcodeSet};
 pub use additions::{Additions, HardBrush};
 use arena::Arena;
 use argil_math::Aabb;
-use argil_scene::{Extents, NodeId, Scene, SceneChange};
+use argil_scene::{Extents, NodeId, OperatorKind, Scene, SceneChange};
 pub use change_set::ChangeSet;
 use change_set::ChangeTracker;
 use counts::PieceCounts;
@@ -176,10 +176,12 @@ impl IncrementalProgram {
         &self.update.loosened
     }
 
-    /// Returns a box outside which distances are at least the parts' far length. It may be infinite, and includes operands
-    /// that are gone.
-    pub fn near_box(&self) -> Aabb {
-        self.index.reached
+    /// Iterates over boxes outside which distances are at least the parts' far length, one for each operand. They may be
+    /// infinite.
+    pub fn near_boxes(&self) -> impl Iterator<Item = Aabb> {
+        let acts = |own: &&Operand| own.takes_part && own.operator.kind != OperatorKind::Intersect;
+        let acting = self.operands.values().filter(acts);
+        acting.map(|own| self.index.grown_box(own, &self.groups))
     }
 
     /// Returns the maximum number of instructions of the whole program.

@@ -10,7 +10,7 @@ mod correct;
 use argil_abi::{GpuMaterial, Instruction};
 use argil_field::{CELLS_PER_BATCH, Evaluator, LANES, Program, Pruner};
 use argil_math::{Aabb, Control};
-use correct::correct;
+use correct::{SAMPLES, correct};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -22,8 +22,6 @@ const LEAF: i32 = 8;
 const TASK: i32 = 128;
 /// By how much each size of region exceeds the next.
 const FACTOR: i32 = 4;
-/// Samples of a leaf.
-const SAMPLES: usize = 512;
 
 /// The lattice and the band of a level set. The sample with index `i` is at `voxel_size · i`, in the scene's space.
 #[derive(Clone, Copy, Debug, PartialEq)]

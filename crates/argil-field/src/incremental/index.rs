@@ -36,8 +36,6 @@ pub(super) struct PartIndex {
     pub everywhere: BTreeMap<u64, NodeId>,
     /// How far values can fall at the root and in each open group, as far as the boxes account for it.
     falls: [f32; 2],
-    /// A box that contains the boxes of all entries, including earlier ones.
-    pub reached: Aabb,
 }
 
 impl PartIndex {
@@ -49,7 +47,6 @@ impl PartIndex {
             levels: 1,
             everywhere: BTreeMap::new(),
             falls: [0.0; 2],
-            reached: Aabb::EMPTY,
         }
     }
 
@@ -64,7 +61,6 @@ impl PartIndex {
         self.falls = std::array::from_fn(|i| self.falls[i].max(1.25 * falls[i]));
         self.near.clear();
         self.everywhere.clear();
-        self.reached = Aabb::EMPTY;
     }
 
     /// Adds an operand.
@@ -81,9 +77,6 @@ impl PartIndex {
             instr,
             held: self.grown_box(operand, groups),
         };
-        if operand.takes_part && operand.operator.kind != OperatorKind::Intersect {
-            self.reached = self.reached.union(own.held);
-        }
         if self.is_everywhere(operand, groups) {
             self.everywhere.insert(rank, node);
         }

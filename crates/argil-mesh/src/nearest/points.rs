@@ -62,7 +62,11 @@ pub struct SurfacePoints {
 
 impl SurfacePoints {
     /// Prepares distances to points, each with a normal of the surface. Normals of any length only make searches faster.
+    ///
+    /// # Panics
+    /// If there are no points.
     pub fn new(mut points: Vec<[Vec3; 2]>) -> Self {
+        assert!(!points.is_empty(), "no points");
         let mut nodes = vec![BvhNode::placeholder()];
         let mut leaves = Vec::new();
         let mut todo = vec![(0, 0, points.len())];

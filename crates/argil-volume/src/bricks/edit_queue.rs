@@ -9,6 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum blocks in the boxes of edits. Larger edits are baked instead.
 const MAX_BLOCKS: f32 = 262_144.0;
+/// Maximum boxes in which a larger layout has something new, before they are joined.
+const MAX_NEW_BOXES: usize = 256;
 /// Maximum blocks per batch, if the work has a time budget.
 const SHORT_UNIT: usize = 8;
 
@@ -47,7 +49,7 @@ impl EditQueue {
         let far = layout.far_length() + layout.cell_length();
         let loosened = incremental.jumps_added().iter().map(|held| held.grown(far));
         let loosened: Vec<Aabb> = loosened
-            .chain(newly_searched(layout, before, incremental.near_box()))
+            .chain(newly_searched(layout, before, incremental))
             .collect();
         let mut work = Self {
             boxes: joined(boxes),
@@ -196,32 +198,42 @@ impl EditQueue {
     }
 }
 
-/// Returns boxes of the blocks that a larger layout examines and the one before did not, where `near` has distances
-/// that blocks store: distances that a modifier divided are small far outside the solid's box.
+/// Returns boxes of the blocks that a larger layout examines and the one before did not, where distances are small enough to be
+/// stored: those that a modifier divides are small far outside the solid's box.
 fn newly_searched(
     layout: &BrickLayout,
     before: &BrickLayout,
-    near: Aabb,
-) -> impl Iterator<Item = Aabb> {
-    let ([low, high], [inner_low, inner_high]) = (searched(layout), searched(before));
+    incremental: &IncrementalProgram,
+) -> Vec<Aabb> {
+    let (outer, inner) = (searched(layout), searched(before));
+    if outer == inner {
+        return Vec::new();
+    }
     let edge = layout.cell_length() * BLOCK_SIDE as f32;
     let corner = layout.voxel_grid.corner;
-    let slab = move |side: usize| {
-        let (axis, is_above) = (side / 2, side % 2 == 1);
-        let (mut first, mut end) = (low, high);
-        if is_above {
-            first[axis] = inner_high[axis];
+    let slab = |side: usize| {
+        let ([mut first, mut end], axis) = (outer, side / 2);
+        if side % 2 == 1 {
+            first[axis] = inner[1][axis];
         } else {
-            end[axis] = inner_low[axis];
+            end[axis] = inner[0][axis];
         }
-        let held = Aabb::new(
-            corner + edge * first.as_vec3(),
-            corner + edge * end.as_vec3(),
-        );
-        let grown = first.cmplt(end).all().then(|| held.intersection(near));
-        grown.filter(|grown| !grown.is_empty())
+        let place = |block: IVec3| corner + edge * block.as_vec3();
+        let is_new = first.cmplt(end).all();
+        is_new.then(|| Aabb::new(place(first), place(end)))
     };
-    (0..6).filter_map(slab)
+    let slabs: Vec<Aabb> = (0..6).filter_map(slab).collect();
+    let near = incremental.near_boxes();
+    let beyond = near.flat_map(|near| slabs.iter().map(move |slab| slab.intersection(near)));
+    let found: Vec<Aabb> = beyond.filter(|held| !held.is_empty()).collect();
+    if found.len() <= MAX_NEW_BOXES {
+        return found;
+    }
+    let whole = |slab: &Aabb| {
+        let held = found.iter().map(|held| held.intersection(*slab));
+        held.fold(Aabb::EMPTY, Aabb::union)
+    };
+    slabs.iter().map(whole).collect()
 }
 
 /// Groups blocks by part.

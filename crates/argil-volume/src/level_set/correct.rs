@@ -3,10 +3,12 @@
 //! *Theory.* A field whose slope is not 1 has bounds. Newton's method steps to its surface along the gradient, and the length of
 //! that way is nearly the distance. At edges and corners, exact fields have a slope of 1, which differences between samples hide.
 
-use super::SAMPLES;
 use argil_abi::Instruction;
 use argil_field::{Evaluator, LANES};
 use glam::Vec3;
+
+/// Samples of a leaf.
+pub(super) const SAMPLES: usize = 512;
 
 /// A slope that differs less from 1 is 1.
 const SLOPE_TOLERANCE: f32 = 0.02;
