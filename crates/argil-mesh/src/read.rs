@@ -1,6 +1,7 @@
 //! Reads mesh files.
 
 mod address;
+#[cfg(feature = "files")]
 mod budget;
 mod error;
 mod file;
