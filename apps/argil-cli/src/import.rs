@@ -184,6 +184,7 @@ fn volume(options: &Import) -> anyhow::Result<()> {
         "class": if read.is_fog { "fog" } else { "level-set" },
         "voxel": read.voxel_size,
         "voxels": read.voxels,
+        "scale": read.scale,
         "box": [solid.min.to_array(), solid.max.to_array()],
         "memory_bytes": memory,
     });
@@ -194,6 +195,9 @@ fn volume(options: &Import) -> anyhow::Result<()> {
     output::line(&format!("{}: 1 brush", options.output.display()));
     for key in ["grid", "class", "voxel", "voxels", "box", "memory_bytes"] {
         output::pair(key, &all[key]);
+    }
+    if read.scale != 1.0 {
+        output::pair("scale", &all["scale"]);
     }
     Ok(())
 }

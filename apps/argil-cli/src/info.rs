@@ -112,6 +112,7 @@ fn of_other_volume(options: &Info) -> anyhow::Result<()> {
         "class": if read.is_fog { "fog" } else { "level-set" },
         "voxel": read.voxel_size,
         "voxels": read.voxels,
+        "scale": read.scale,
         "box": [solid.min.to_array(), solid.max.to_array()],
         "file_bytes": bytes.unwrap_or(0),
     });

@@ -10,7 +10,7 @@ use argil_vdb::vdb::VdbFile;
 use argil_vdb::{Grid, GridClass, VdbError, nvdb};
 use dense_file::read_dense;
 pub use dense_file::{RawLayout, RawType};
-use distances::Distances;
+use distances::{Distances, scale_to_distances};
 use glam::{IVec3, Vec3};
 use lattice::{Lattice, Samples};
 use std::path::{Path, PathBuf};
@@ -57,6 +57,9 @@ pub struct ReadVolume {
     pub voxel_size: f32,
     /// Voxels whose values were read.
     pub voxels: u64,
+    /// The factor of values: 1 for distances. Values whose slope near the surface is below 0.5 or above 2, such as those in
+    /// another unit, are scaled to a slope of 1.
+    pub scale: f32,
 }
 
 /// The reason why a volume cannot be read.
@@ -97,7 +100,7 @@ pub fn is_volume_file(path: &Path) -> bool {
 
 /// Reads a volume of another program as a sampled shape: a level set, or the surface of densities. Its distances equal
 /// the file's at all voxels nearer to the surface than two voxels. Farther away they are those to the surface between voxels, as
-/// far as twice the solid's size.
+/// far as twice the solid's size. Values of other slopes are scaled: see [`ReadVolume::scale`].
 ///
 /// ```
 /// # use argil::prelude::*;
@@ -183,7 +186,8 @@ pub fn read_volume_bytes(
         (false, Some(iso)) => lattice.moved(iso),
         (false, None) => Ok(lattice),
     };
-    let lattice = lattice.map_err(refuse)?;
+    let mut lattice = lattice.map_err(refuse)?;
+    let scale = scale_to_distances(&mut lattice);
     let grid = sampled(&lattice, size).map_err(refuse)?;
     if let Some(own) = all_grids.iter().position(|other| *other == name) {
         all_grids.remove(own);
@@ -195,6 +199,7 @@ pub fn read_volume_bytes(
         is_fog,
         voxel_size: lattice.voxel_size,
         voxels: lattice.known_voxels(),
+        scale,
     })
 }
 

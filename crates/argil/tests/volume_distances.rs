@@ -1,7 +1,9 @@
 //! Volumes of files know distances beyond their band. The truth is the formula of what was written.
 
 use argil::scene::{Brush, Scene, Shape};
-use argil::{Engine, ExportOptions, World, read_volume};
+use argil::{
+    Engine, ExportOptions, RawLayout, VolumeReadOptions, World, read_volume, read_volume_bytes,
+};
 use glam::Vec3;
 
 fn world(shape: Shape) -> World {
@@ -74,5 +76,51 @@ fn volumes_know_distances_beyond_their_band() {
         };
         let [coarse, fine] = [32, 64].map(mean);
         assert!(fine < 0.7 * coarse, "{ending} {shape:?}: {coarse} {fine}");
+    }
+}
+
+/// Values in another unit, and other functions with the same surface, are no distances until they are scaled.
+#[test]
+fn values_of_any_slope_become_distances() {
+    const SIDE: u32 = 32;
+    let voxel = 0.05;
+    let layout = RawLayout {
+        shape: Some([SIDE; 3]),
+        voxel_size: Some(voxel),
+        origin: Some([-0.5 * voxel * (SIDE - 1) as f32; 3]),
+        ..RawLayout::default()
+    };
+    let options = VolumeReadOptions {
+        raw: layout,
+        ..VolumeReadOptions::default()
+    };
+    let position = |i: u32| {
+        let place = Vec3::from([i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|c| c as f32));
+        voxel * (place - 0.5 * (SIDE - 1) as f32)
+    };
+    let functions: [fn(f32) -> f32; 6] = [
+        |d| d,
+        |d| 1e-30 * d,
+        |d| 0.1 * d,
+        |d| 20.0 * d,
+        |d| 1e30 * d,
+        // The square of the radius.
+        |d| 8.0 * ((d + 0.5) * (d + 0.5) - 0.25),
+    ];
+    for (nth, function) in functions.iter().enumerate() {
+        let values = (0..SIDE.pow(3)).map(|i| function(position(i).length() - 0.5));
+        let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
+        let read = read_volume_bytes(&bytes, "a.raw".as_ref(), &options).expect("a volume");
+        assert_eq!(read.scale == 1.0, nth == 0, "{nth}: {}", read.scale);
+        let copy = world(Shape::sampled("a", read.grid));
+        for away in [0.2, 0.45, 0.5, 0.55, 0.6, 0.9, 1.4] {
+            for way in [Vec3::X, Vec3::new(0.6, 0.7, 0.3), -Vec3::ONE] {
+                let d = copy.distance((away * way.normalize()).to_array());
+                assert!(
+                    (d - (away - 0.5)).abs() < 0.3 * voxel,
+                    "{nth}: {d} at {away} along {way}"
+                );
+            }
+        }
     }
 }

@@ -20,6 +20,48 @@ const BESIDE: f32 = 0.14;
 /// From this sum of second differences on, in voxels, values tell of a corner. A sphere of eight voxels has less.
 const CORNER: f32 = 0.25;
 
+/// Slopes in this range are those of distances.
+const SLOPES: std::ops::RangeInclusive<f32> = 0.5..=2.0;
+/// About this many boxes tell the slope.
+const SLOPE_BOXES: usize = 4096;
+
+/// Makes values distances near the surface. Returns their factor: 1, unless half of their slopes there are out of range.
+pub(super) fn scale_to_distances(lattice: &mut Lattice) -> f32 {
+    // Distances to the sides of an array say nothing about its values.
+    let is_cut = lattice.is_cut();
+    if is_cut {
+        lattice.set_cut(false);
+    }
+    let factor = factor_of(lattice);
+    if is_cut {
+        lattice.set_cut(true);
+    }
+    if factor != 1.0 {
+        lattice.scale(factor);
+    }
+    factor
+}
+
+fn factor_of(lattice: &Lattice) -> f32 {
+    let boxes = lattice.known_boxes();
+    let some = boxes.par_iter().step_by(boxes.len() / SLOPE_BOXES + 1);
+    let mut slopes: Vec<f32> = some
+        .flat_map_iter(|origin| surface_points(lattice, *origin, Vec3::ZERO, false))
+        .map(|[_, slope]| slope.as_dvec3().length() as f32)
+        .collect();
+    if slopes.is_empty() {
+        return 1.0;
+    }
+    let middle = slopes.len() / 2;
+    let (_, &mut slope, _) = slopes.select_nth_unstable_by(middle, f32::total_cmp);
+    let factor = 1.0 / slope;
+    if SLOPES.contains(&slope) || !factor.is_normal() {
+        1.0
+    } else {
+        factor
+    }
+}
+
 /// Distances at any place. Known ones near the surface are those of the file.
 pub(super) struct Distances<'a> {
     lattice: &'a Lattice,
@@ -35,7 +77,8 @@ impl<'a> Distances<'a> {
     /// Finds the surface. Returns `None` if there is none. `first` is an index near it.
     pub(super) fn new(lattice: &'a Lattice, first: IVec3) -> Option<Self> {
         let boxes = lattice.known_boxes();
-        let points = |origin: &IVec3| crossings(lattice, *origin, (*origin - first).as_vec3());
+        let points =
+            |origin: &IVec3| surface_points(lattice, *origin, (*origin - first).as_vec3(), true);
         let points: Vec<[Vec3; 2]> = boxes.par_iter().flat_map_iter(points).collect();
         // Where values rise by at least half of a distance, one of at most 1.5 voxels is at most 3 voxels away.
         let flat = points.iter().filter(|[_, slope]| slope.length() < 0.5);
@@ -104,9 +147,14 @@ impl DistanceSampler for Distances<'_> {
     }
 }
 
-/// Returns where the surface crosses the edges from a box of 8³ voxels, and the slopes of the distances there, per voxel. The first
-/// voxel of the box lies at `begin`.
-fn crossings(lattice: &Lattice, origin: IVec3, begin: Vec3) -> Vec<[Vec3; 2]> {
+/// Returns where the surface crosses the edges from a box of 8³ voxels, and the slopes of the values there. The first voxel of the
+/// box lies at `begin`, in voxels. Values that are distances also tell of corners.
+fn surface_points(
+    lattice: &Lattice,
+    origin: IVec3,
+    begin: Vec3,
+    has_corners: bool,
+) -> Vec<[Vec3; 2]> {
     const SIDE: usize = 10;
     let mut values = Vec::new();
     // With a voxel around it.
@@ -136,7 +184,8 @@ fn crossings(lattice: &Lattice, origin: IVec3, begin: Vec3) -> Vec<[Vec3; 2]> {
         let around = around.as_flattened();
         // Beside a corner, distances are those to it, and bend: the crossings would cut it off.
         let bend: f32 = around.iter().map(|(other, _)| other - value).sum();
-        if value.abs() <= BAND * lattice.voxel_size
+        if has_corners
+            && value.abs() <= BAND * lattice.voxel_size
             && bend * value.signum() > CORNER * lattice.voxel_size
             && around.iter().all(|(_, is_known)| *is_known)
         {

@@ -216,6 +216,32 @@ impl Lattice {
         Ok(self)
     }
 
+    /// Multiplies values by a factor.
+    pub(super) fn scale(&mut self, factor: f32) {
+        match &mut self.samples {
+            Samples::Sparse(tree) => {
+                tree.background *= factor;
+                for_each_value(tree, &|value| value * factor);
+            }
+            Samples::Dense(own) => {
+                own.outside = own.outside.map(|value| value * factor);
+                own.values.par_iter_mut().for_each(|value| *value *= factor);
+            }
+        }
+    }
+
+    /// Whether the sides of an array cut its solid off.
+    pub(super) fn is_cut(&self) -> bool {
+        matches!(&self.samples, Samples::Dense(own) if own.outside.is_none())
+    }
+
+    /// Sets whether the sides of an array cut its solid off. Otherwise, what is beyond is outside, at no known distance.
+    pub(super) fn set_cut(&mut self, is_cut: bool) {
+        if let Samples::Dense(own) = &mut self.samples {
+            own.outside = (!is_cut).then_some(f32::MAX);
+        }
+    }
+
     /// Returns distances to the surface where densities are `iso`, or half of the largest. They are estimated from the
     /// slope of the densities, and known next to the surface.
     pub(super) fn of_densities(mut self, iso: Option<f32>) -> Result<Self, String> {
