@@ -146,8 +146,7 @@ impl<'a> BrickBuilder<'a> {
             self.instructions.write(gpu, instructions)?;
             let lists = &mut self.scratch.lists;
             let prune = run.write(gpu, lists, self.program, &self.layout)?;
-            let candidates = 4 * 64 * 4 * u64::from(prune.count);
-            self.scratch.candidates.reserve(gpu, candidates)?;
+            self.scratch.reserve_candidates(gpu, prune.count)?;
             let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
             let words = BrickBuildUniform {
                 chunk,

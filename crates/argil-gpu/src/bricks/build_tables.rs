@@ -5,6 +5,9 @@ use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
 use argil_abi::{BrickBuildUniform, FillUniform, PruneUniform};
 
+/// Bytes of an indirect dispatch's size.
+pub(super) const ARGUMENT_BYTES: u64 = 12;
+
 /// The volume in which bricks are built.
 pub(crate) struct BrickTargets<'a> {
     pub texture: &'a wgpu::Texture,
@@ -52,8 +55,33 @@ impl EditScratch {
         self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
     }
 
+    /// Makes room for the candidates of some blocks: two words for each cell near the surface, and for each cell a freed brick, a
+    /// freed mixed one, and its number among those near the surface.
+    pub(super) fn reserve_candidates(&mut self, gpu: &Gpu, blocks: u32) -> Result<(), GpuError> {
+        self.candidates.reserve(gpu, 4 * 64 * 5 * u64::from(blocks))
+    }
+
+    /// Clears the numbers of cells near the surface, which follow the freed bricks.
+    pub(super) fn clear_candidates(
+        &self,
+        gpu: &Gpu,
+        prune: &PruneUniform,
+    ) -> Result<(), GpuError> {
+        let words = 64 * u64::from(prune.count);
+        let first = u64::from(prune.freed_first) + 2 * words;
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if let Some(buffer) = self.candidates.buffer() {
+                encoder.clear_buffer(buffer, 4 * first, Some(4 * words));
+            }
+            gpu.submit(encoder);
+        })
+    }
+
     pub(super) fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {
-        let bytes = (24 * u64::from(chunks)).next_multiple_of(16);
+        let bytes = (ARGUMENT_BYTES * u64::from(chunks)).next_multiple_of(16);
         self.arguments.reserve_exact(gpu, bytes)?;
         if self.indirect.as_ref().is_none_or(|b| b.size() < bytes) {
             let buffer = gpu.with_error_scope(|| {

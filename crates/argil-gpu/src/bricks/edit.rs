@@ -187,8 +187,7 @@ impl EditRun<'_> {
         making.instructions.write(gpu, instructions)?;
         let lists = &mut making.scratch.lists;
         let prune = blocks.write(gpu, lists, program, &tables.layout)?;
-        let candidates = 4 * 64 * 4 * u64::from(prune.count);
-        making.scratch.candidates.reserve(gpu, candidates)?;
+        making.scratch.reserve_candidates(gpu, prune.count)?;
 
         let mut more = [blocks.cells(); 2];
         let few = FEW_CELLS.max(tables.accounting.known.bricks() / 4);

@@ -1,6 +1,6 @@
 //! The passes that build all bricks or some, compiled once for a program and a sample format.
 
-use super::build_tables::{BrickTargets, EditScratch};
+use super::build_tables::{ARGUMENT_BYTES, BrickTargets, EditScratch};
 use super::repack::RepackPass;
 use crate::bindings::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COLUMNS_WGSL, COUNTERS, FIELD_BINDS, FILL,
@@ -313,6 +313,7 @@ pub(super) async fn encode_build(
     let bind_group = &bound.build;
     gpu.queue
         .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
+    scratch.clear_candidates(gpu, last)?;
     let groups = rows((order.length as u32).div_ceil(64).max(1));
     recorder
         .pass("prune", build("begin_lists")?, bind_group, groups)
@@ -339,10 +340,13 @@ pub(super) async fn encode_build(
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let bytes = 24 * u64::from(order.words.chunks);
+        let bytes = ARGUMENT_BYTES * u64::from(order.words.chunks);
         encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
         gpu.submit(encoder);
     })?;
+    recorder
+        .pass("prune", build("prune_cells")?, bind_group, rows(last.count))
+        .await?;
     for chunk in 0..order.words.chunks {
         let fill = FillUniform {
             first_layer: chunk * order.words.chunk,
@@ -350,11 +354,7 @@ pub(super) async fn encode_build(
         };
         gpu.queue
             .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
-        let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk) + 12);
-        recorder
-            .pass("prune", build("prune_cells")?, bind_group, groups)
-            .await?;
-        let groups = DispatchSize::Indirect(indirect, 24 * u64::from(chunk));
+        let groups = DispatchSize::Indirect(indirect, ARGUMENT_BYTES * u64::from(chunk));
         recorder
             .pass("fill", build("fill_bricks")?, bind_group, groups)
             .await?;

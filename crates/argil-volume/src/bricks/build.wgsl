@@ -72,6 +72,11 @@ fn near_cell(nth: u32) -> vec2<u32> {
     return vec2(near_cells[2u * nth], near_cells[2u * nth + 1u]);
 }
 
+// Returns where the number of a cell among those near the surface is, counted from 1.
+fn candidate_place(measured: u32) -> u32 {
+    return prune.freed_first + 2u * 64u * prune.count + measured;
+}
+
 // Returns the index of a cell's word.
 fn cell_index_of(measured: u32) -> u32 {
     return block_of(measured / 64u) * 64u + measured % 64u;

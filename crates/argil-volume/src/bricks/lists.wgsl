@@ -1,17 +1,20 @@
 // The lists of cells.
 
-// Makes the lists of cells that may contain the surface.
+// Makes the lists of cells that may contain the surface. A group has one block, so that its threads read the same list together.
 @compute @workgroup_size(64)
-fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = fill.first_layer + 64u * id.x + local;
-    if nth >= min(fill.first_layer + volume.chunk, atomicLoad(&counters[COUNTER_CANDIDATES])) || nth >= prune.cells_room {
+fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let block = group_index(id, count);
+    if block >= prune.count {
         return;
     }
-    let measured = near_cell(nth).x;
-    let block = measured / 64u;
+    // Cells that are not near the surface have 0.
+    let nth = near_cells[candidate_place(block * 64u + local)] - 1u;
+    if nth >= prune.cells_room {
+        return;
+    }
     let whole = list_range_at(prune.blocks_first + 2u * block);
     let jump = bounds_of(block).list_jump;
-    let own = pruned_in(cell_at(cell_index_of(measured)), 1u, whole, jump);
+    let own = pruned_in(cell_at(cell_index_of(block * 64u + local)), 1u, whole, jump);
     let at = prune.cells_first + CELL_LIST_WORDS * nth;
     lists[at] = own.x;
     lists[at + 1u] = own.y;

@@ -59,6 +59,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         let place = atomicAdd(&counters[COUNTER_CANDIDATES], 1u);
         near_cells[2u * place] = nth * 64u + local;
         near_cells[2u * place + 1u] = before;
+        near_cells[candidate_place(nth * 64u + local)] = place + 1u;
     } else if is_brick(before) {
         free_brick(before);
     }

@@ -37,7 +37,7 @@ const LIMITS: [Limit; 9] = [
     limit("Bricks::build", "fill_bricks", 80, 12),
     limit("Bricks::columns", "fill_columns", 40, 24),
     limit("Bricks::build", "measure", 72, 14),
-    limit("Bricks::build", "prune_cells", 80, 12),
+    limit("Bricks::build", "prune_cells", 64, 16),
     limit("DenseFill", "fill_tiled", 72, 14),
     limit("Octree::fill", "fill_bricks", 72, 14),
     limit("March::project", "project_to_field", 72, 14),
