@@ -10,7 +10,7 @@ mod correct;
 use argil_abi::{GpuMaterial, Instruction};
 use argil_field::{CELLS_PER_BATCH, Evaluator, LANES, Program, Pruner};
 use argil_math::{Aabb, Control};
-use correct::{SAMPLES, correct};
+use correct::{SAMPLES, WIDE, WIDE_SAMPLES, correct};
 use glam::{IVec3, Vec3, ivec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -34,8 +34,7 @@ pub struct LevelSetLayout {
     pub region: Aabb,
     /// Whether the region's sides cut the solid off there, so that it is closed.
     pub is_cut: bool,
-    /// Whether bounds become distances: where the field's slope is not 1, as in blends, values are lengths of ways to the
-    /// surface.
+    /// Whether bounds become distances: where the field's slope is not 1, as in blends, values are divided by it.
     pub is_corrected: bool,
 }
 
@@ -218,13 +217,9 @@ impl<'a> LevelSetBaker<'a> {
             .iter()
             .map(|origin| voxel * (origin.as_vec3() + middle))
             .collect();
-        // Steps to the surface leave a leaf by the band's width at most, and use the program of a larger region.
-        let beside = if self.layout.is_corrected && side > LEAF {
-            self.layout.half_width()
-        } else {
-            0.0
-        };
-        let half_diagonal = 3f32.sqrt() * voxel * middle + beside;
+        // Slopes need a sample more on each side.
+        let beside = if self.layout.is_corrected { 1.0 } else { 0.0 };
+        let half_diagonal = 3f32.sqrt() * voxel * (middle + beside);
         let mut distances = [0.0; CELLS_PER_BATCH];
         let distances = &mut distances[..centers.len()];
         pruner.classify_cells(program, &centers, half_diagonal, distances);
@@ -277,6 +272,7 @@ struct LeafBaker<'a> {
     pruner: Pruner<'a>,
     evaluator: Evaluator<'a>,
     points: [[f32; SAMPLES]; 3],
+    wide: Box<[f32; WIDE_SAMPLES]>,
     materials: Vec<GpuMaterial>,
 }
 
@@ -288,6 +284,7 @@ impl<'a> LeafBaker<'a> {
             pruner: Pruner::new(of.program),
             evaluator: Evaluator::new(of.program),
             points: [[0.0; SAMPLES]; 3],
+            wide: Box::new([0.0; WIDE_SAMPLES]),
             materials: vec![GpuMaterial::default(); LANES],
         }
     }
@@ -324,19 +321,53 @@ impl<'a> LeafBaker<'a> {
                 },
             );
             for (origin, range) in near {
-                leaves.extend(self.leaf(origin, &own[range], program));
+                leaves.extend(self.leaf(origin, &own[range]));
             }
             own.clear();
         }
     }
 
-    /// Samples a leaf, given its program, and that of the region around it. Returns nothing if no voxel is in the band.
-    fn leaf(
+    /// Divides bounds of distances by their slopes.
+    fn correct(
         &mut self,
         origin: IVec3,
         program: &[Instruction],
-        outer: &[Instruction],
-    ) -> Option<LevelSetLeaf> {
+        values: &mut [f32; SAMPLES],
+        reach: f32,
+    ) {
+        let layout = &self.of.layout;
+        let voxel = layout.voxel_size;
+        let mut points = [[0.0; LANES]; 3];
+        for first in (0..WIDE_SAMPLES).step_by(LANES) {
+            let count = LANES.min(WIDE_SAMPLES - first);
+            for (axis, along) in points.iter_mut().enumerate() {
+                for (i, c) in along[..count].iter_mut().enumerate() {
+                    let at = first + i;
+                    let inner = [at / WIDE / WIDE, at / WIDE % WIDE, at % WIDE][axis];
+                    *c = voxel * (origin[axis] + inner as i32 - 1) as f32;
+                }
+            }
+            let [x, y, z] = points.each_ref().map(|axis| &axis[..count]);
+            let out = &mut self.wide[first..first + count];
+            self.evaluator.distances_with(program, x, y, z, out);
+            if layout.is_cut {
+                for (i, value) in out.iter_mut().enumerate() {
+                    *value = value.max(layout.distance_to_cut(Vec3::new(x[i], y[i], z[i])));
+                }
+            }
+        }
+        let (evaluator, values) = (&mut self.evaluator, (values, reach));
+        correct(
+            evaluator,
+            program,
+            &self.points,
+            (&self.wide, voxel),
+            values,
+        );
+    }
+
+    /// Samples a leaf. Returns nothing if no voxel is in the band.
+    fn leaf(&mut self, origin: IVec3, program: &[Instruction]) -> Option<LevelSetLeaf> {
         let layout = &self.of.layout;
         let band = layout.half_width();
         for i in 0..SAMPLES {
@@ -376,13 +407,7 @@ impl<'a> LeafBaker<'a> {
         }
         let reach = self.of.value_reach();
         if layout.is_corrected && values.iter().any(|value| value.abs() < reach) {
-            let programs = [program, outer];
-            correct(
-                &mut self.evaluator,
-                programs,
-                &self.points,
-                (&mut values, [band, reach]),
-            );
+            self.correct(origin, program, &mut values, reach);
         }
         let is_near = values.iter().any(|value| value.abs() < band);
         is_near.then(|| LevelSetLeaf {

@@ -4,7 +4,8 @@ use argil_field::Program;
 use argil_math::Control;
 use argil_scene::{Brush, Modifier, Scene, Shape};
 use argil_volume::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
-use glam::Vec3;
+use glam::{IVec3, Vec3};
+use std::collections::BTreeSet;
 
 /// Returns the leaves of a level set, and its layout.
 fn level_set(brush: Brush, is_corrected: bool) -> (Vec<LevelSetLeaf>, LevelSetLayout) {
@@ -84,4 +85,55 @@ fn bounds_become_distances() {
     });
     assert!(error_of(&level_set(stretched.clone(), true), 401, exact) < 0.2);
     assert!(error_of(&level_set(stretched, false), 401, exact) > 0.5);
+}
+
+/// Signs are the field's, and no sample beside the surface lacks a leaf, however flat the field is.
+#[test]
+fn signs_are_those_of_the_field() {
+    let brushes = [
+        Brush::new(Shape::cuboid([0.06, 0.4, 0.2])).with_modifier(Modifier::Stretch {
+            by: [10.0, 1.0, 1.0],
+        }),
+        Brush::new(Shape::Ellipsoid {
+            radii: [0.5, 0.1, 0.5],
+        }),
+        Brush::new(Shape::cylinder(0.4, 0.1)).with_modifier(Modifier::Stretch {
+            by: [1.0, 5.0, 1.0],
+        }),
+        Brush::new(Shape::cuboid([0.5, 0.4, 0.3])).with_modifier(Modifier::Twist {
+            degrees_per_unit: 60.0,
+        }),
+    ];
+    for brush in brushes {
+        let mut scene = Scene::new();
+        scene.push(brush.clone()).expect("a brush");
+        let program = Program::lower(&scene).expect("a program");
+        let (leaves, layout) = level_set(brush, true);
+        let there: BTreeSet<[i32; 3]> = leaves.iter().map(|leaf| leaf.origin).collect();
+        let field = |index: IVec3| program.distance(layout.voxel_size * index.as_vec3());
+        for leaf in &leaves {
+            for (i, &value) in leaf.values.iter().enumerate().step_by(7) {
+                let inner = [i / 64, i / 8 % 8, i % 8].map(|c| c as i32);
+                let index = IVec3::from(leaf.origin) + IVec3::from(inner);
+                let right = field(index);
+                assert!(
+                    (value < 0.0) == (right < 0.0),
+                    "{value} and {right} at {index}"
+                );
+            }
+            // Where a sample at a side is next to the surface, there is a leaf beyond.
+            for axis in IVec3::AXES {
+                for (side, beyond) in [(7, 8), (0, -1)] {
+                    let at = IVec3::from(leaf.origin) + (IVec3::ONE - axis) * 4;
+                    let pair = [at + side * axis, at + beyond * axis];
+                    let [own, other] = pair.map(field);
+                    let origin = (IVec3::from(leaf.origin) + beyond * axis).map(|c| c & -8);
+                    assert!(
+                        (own < 0.0) == (other < 0.0) || there.contains(&origin.to_array()),
+                        "no leaf at {origin}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -57,8 +57,8 @@ pub struct ReadVolume {
     pub voxel_size: f32,
     /// Voxels whose values were read.
     pub voxels: u64,
-    /// The factor of values: 1 for distances. Values whose slope near the surface is below 0.5 or above 2, such as those in
-    /// another unit, are scaled to a slope of 1.
+    /// The factor of values: 1 for distances. Values whose slope near the surface is below 0.8 or above 1.25, such as those
+    /// in another unit, are scaled to a slope of 1.
     pub scale: f32,
 }
 

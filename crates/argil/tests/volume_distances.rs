@@ -98,20 +98,27 @@ fn values_of_any_slope_become_distances() {
         let place = Vec3::from([i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|c| c as f32));
         voxel * (place - 0.5 * (SIDE - 1) as f32)
     };
-    let functions: [fn(f32) -> f32; 6] = [
-        |d| d,
-        |d| 1e-30 * d,
-        |d| 0.1 * d,
-        |d| 20.0 * d,
-        |d| 1e30 * d,
+    // Functions, and whether they are scaled.
+    let functions: [(fn(f32) -> f32, bool); 11] = [
+        (|d| d, false),
+        (|d| 1e-30 * d, true),
+        (|d| 0.1 * d, true),
+        (|d| 0.55 * d, true),
+        (|d| 1.9 * d, true),
+        (|d| 20.0 * d, true),
+        (|d| 1e30 * d, true),
         // The square of the radius.
-        |d| 8.0 * ((d + 0.5) * (d + 0.5) - 0.25),
+        (|d| 8.0 * ((d + 0.5) * (d + 0.5) - 0.25), true),
+        // Clamped at one, one and a half and two voxels.
+        (|d| d.clamp(-0.05, 0.05), false),
+        (|d| d.clamp(-0.075, 0.075), false),
+        (|d| d.clamp(-0.1, 0.1), false),
     ];
-    for (nth, function) in functions.iter().enumerate() {
+    for (nth, (function, is_scaled)) in functions.iter().enumerate() {
         let values = (0..SIDE.pow(3)).map(|i| function(position(i).length() - 0.5));
         let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
         let read = read_volume_bytes(&bytes, "a.raw".as_ref(), &options).expect("a volume");
-        assert_eq!(read.scale == 1.0, nth == 0, "{nth}: {}", read.scale);
+        assert_eq!(read.scale != 1.0, *is_scaled, "{nth}: {}", read.scale);
         let copy = world(Shape::sampled("a", read.grid));
         for away in [0.2, 0.45, 0.5, 0.55, 0.6, 0.9, 1.4] {
             for way in [Vec3::X, Vec3::new(0.6, 0.7, 0.3), -Vec3::ONE] {

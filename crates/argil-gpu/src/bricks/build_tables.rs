@@ -62,11 +62,7 @@ impl EditScratch {
     }
 
     /// Clears the numbers of cells near the surface, which follow the freed bricks.
-    pub(super) fn clear_candidates(
-        &self,
-        gpu: &Gpu,
-        prune: &PruneUniform,
-    ) -> Result<(), GpuError> {
+    pub(super) fn clear_candidates(&self, gpu: &Gpu, prune: &PruneUniform) -> Result<(), GpuError> {
         let words = 64 * u64::from(prune.count);
         let first = u64::from(prune.freed_first) + 2 * words;
         gpu.with_error_scope(|| {

@@ -1,7 +1,8 @@
-//! Turns bounds of distances into distances.
+//! Where a field has bounds instead of distances, and what they are divided by.
 //!
-//! *Theory.* A field whose slope is not 1 has bounds. Newton's method steps to its surface along the gradient, and the length of
-//! that way is nearly the distance. At edges and corners, exact fields have a slope of 1, which differences between samples hide.
+//! *Theory.* A field of distances has a slope of 1. Elsewhere, its difference to the samples beside one that are nearer to the
+//! surface tells the slope on the way there, and a bound divided by it is nearly a distance. At edges and corners, that
+//! difference is too small for distances, too, so only the gradient tells that they are exact.
 
 use argil_abi::Instruction;
 use argil_field::{Evaluator, LANES};
@@ -9,87 +10,69 @@ use glam::Vec3;
 
 /// Samples of a leaf.
 pub(super) const SAMPLES: usize = 512;
+/// Samples along a leaf's side, with one more on each side.
+pub(super) const WIDE: usize = 10;
+/// Samples of a leaf with one more on each side.
+pub(super) const WIDE_SAMPLES: usize = WIDE * WIDE * WIDE;
 
 /// A slope that differs less from 1 is 1.
 const SLOPE_TOLERANCE: f32 = 0.02;
 /// The least slope that values are divided by.
 const MIN_SLOPE: f32 = 0.05;
-/// Steps from a sample to the surface.
-const STEPS: usize = 2;
 
-/// A place on the way from a sample to the surface.
-struct Walk {
-    /// The sample, and its position.
-    place: usize,
-    from: Vec3,
-    at: Vec3,
-    is_done: bool,
-}
-
-/// Replaces values nearer than `reach` by distances to the surface, where the field's slope is not 1. The first program holds in
-/// the leaf, and the second one as far as `band` around it.
+/// Divides values by their slopes where they are bounds, given the samples of a leaf and around it. Values of `reach` or more stay.
+/// Where a box cuts the solid off, values are those to its sides, with a slope of 1.
 pub(super) fn correct(
     evaluator: &mut Evaluator<'_>,
-    [program, outer]: [&[Instruction]; 2],
+    program: &[Instruction],
     points: &[[f32; SAMPLES]; 3],
-    (values, [band, reach]): (&mut [f32; SAMPLES], [f32; 2]),
+    (wide, voxel): (&[f32; WIDE_SAMPLES], f32),
+    (values, reach): (&mut [f32; SAMPLES], f32),
 ) {
-    let walk = |place: usize| {
-        let from = Vec3::from(points.each_ref().map(|axis| axis[place]));
-        Walk {
-            place,
-            from,
-            at: from,
-            is_done: false,
-        }
+    let slope_of = |sample: usize| {
+        let [x, y, z] = [sample / 64, sample / 8 % 8, sample % 8];
+        slope(wide, ((x + 1) * WIDE + y + 1) * WIDE + z + 1, voxel)
     };
-    let is_near = |place: &usize| values[*place].abs() < reach;
-    let mut walks: Vec<Walk> = (0..SAMPLES).filter(is_near).map(walk).collect();
-    for nth in 0..STEPS {
-        let program = if nth == 0 { program } else { outer };
-        step(evaluator, program, &mut walks, &mut |walk, d, gradient| {
-            let slope = gradient.length();
-            // Where a box cuts the solid off, values are those to its sides.
-            let is_exact = (slope - 1.0).abs() <= SLOPE_TOLERANCE || values[walk.place] > d;
-            walk.is_done |= nth == 0 && is_exact;
-            // Farther away, nothing is stored, and the program does not hold.
-            if !walk.is_done && walk.from.distance(walk.at) < band {
-                let length = (d / slope.max(MIN_SLOPE)).clamp(-band, band);
-                walk.at -= gradient.normalize_or_zero() * length;
+    let is_near = |sample: &usize| values[*sample].abs() < reach;
+    let near = (0..SAMPLES).filter(is_near).map(|i| (i, slope_of(i)));
+    let doubtful: Vec<(usize, f32)> = near.filter(|(_, slope)| !is_one(*slope)).collect();
+    let (mut at, mut gradients) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let mut out = [0.0; LANES];
+    for chunk in doubtful.chunks(LANES) {
+        let count = chunk.len();
+        for (along, from) in at.iter_mut().zip(points) {
+            for (c, (sample, _)) in along.iter_mut().zip(chunk) {
+                *c = from[*sample];
             }
-        });
-        walks.retain(|walk| !walk.is_done);
-    }
-    for Walk {
-        place, from, at, ..
-    } in walks
-    {
-        values[place] = from.distance(at).copysign(values[place]);
+        }
+        let from = at.each_ref().map(|axis| &axis[..count]);
+        let all = gradients.each_mut().map(|axis| &mut axis[..count]);
+        evaluator.gradients_with(program, from, &mut out[..count], all);
+        for (i, &(sample, slope)) in chunk.iter().enumerate() {
+            let exact = Vec3::from(gradients.each_ref().map(|axis| axis[i])).length();
+            let value = &mut values[sample];
+            if *value <= out[i] && !is_one(exact) {
+                *value /= slope.max(MIN_SLOPE);
+            }
+        }
     }
 }
 
-/// Calls a function for each walk, with the distance and the gradient there.
-fn step(
-    evaluator: &mut Evaluator<'_>,
-    program: &[Instruction],
-    walks: &mut [Walk],
-    advance: &mut dyn FnMut(&mut Walk, f32, Vec3),
-) {
-    let (mut points, mut gradients) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-    let mut out = [0.0; LANES];
-    for chunk in walks.chunks_mut(LANES) {
-        let count = chunk.len();
-        for (i, walk) in chunk.iter().enumerate() {
-            for (axis, along) in points.iter_mut().enumerate() {
-                along[i] = walk.at[axis];
-            }
-        }
-        let at = points.each_ref().map(|axis| &axis[..count]);
-        let all = gradients.each_mut().map(|axis| &mut axis[..count]);
-        evaluator.gradients_with(program, at, &mut out[..count], all);
-        for (i, walk) in chunk.iter_mut().enumerate() {
-            let gradient = Vec3::from(gradients.each_ref().map(|axis| axis[i]));
-            advance(walk, out[i], gradient);
-        }
+fn is_one(slope: f32) -> bool {
+    (slope - 1.0).abs() <= SLOPE_TOLERANCE
+}
+
+/// Returns the slope toward the surface, by the differences to the samples beside one.
+fn slope(samples: &[f32; WIDE_SAMPLES], place: usize, voxel: f32) -> f32 {
+    let own = samples[place];
+    let sign = if own < 0.0 { -1.0 } else { 1.0 };
+    let mut square = 0.0;
+    for stride in [1, WIDE, WIDE * WIDE] {
+        // How much nearer to the surface either neighbor is.
+        let before = sign * (own - samples[place - stride]);
+        let after = sign * (own - samples[place + stride]);
+        let nearer = before.max(after).max(0.0);
+        square += nearer * nearer;
     }
+    square.sqrt() / voxel
 }

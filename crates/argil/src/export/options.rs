@@ -106,8 +106,8 @@ pub struct ExportOptions {
     /// Half the width of the band around the surface, in voxels, from 1 to 100. Other voxels of sparse formats have no
     /// values of their own.
     pub half_width_voxels: f32,
-    /// `.vdb`, `.nvdb`: whether values stay the field's where these are bounds, as in blends. By default they become the
-    /// lengths of steps to the surface, because programs expect distances.
+    /// `.vdb`, `.nvdb`: whether values stay the field's where these are bounds, as in blends. By default they are divided
+    /// by the field's slope there, because programs expect distances.
     pub keep_bounds: bool,
     /// Bits of a value: 32, 16, or 8 for `.nvdb`. Dense formats have 32.
     pub bits: u32,

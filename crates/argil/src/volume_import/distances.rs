@@ -17,11 +17,16 @@ const BAND: f32 = 2.0;
 /// on others.
 const BESIDE: f32 = 0.14;
 
-/// From this sum of second differences on, in voxels, values tell of a corner. A sphere of eight voxels has less.
-const CORNER: f32 = 0.25;
+/// From this sum of second differences on, in voxels, values tell of a corner. A sphere of four voxels has less.
+const CORNER: f32 = 0.6;
+/// The least slope beside a corner. The larger one of two coordinates, which is no distance, has less.
+const CORNER_SLOPE: f32 = 0.87;
+
+/// Values nearer to the largest one than this share of it may be clamped.
+const CLAMPED: f32 = 0.9;
 
 /// Slopes in this range are those of distances.
-const SLOPES: std::ops::RangeInclusive<f32> = 0.5..=2.0;
+const SLOPES: std::ops::RangeInclusive<f32> = 0.8..=1.25;
 /// About this many boxes tell the slope.
 const SLOPE_BOXES: usize = 4096;
 
@@ -71,14 +76,19 @@ pub(super) struct Distances<'a> {
     surface: SurfacePoints,
     /// Up to this many voxels, values of the file are taken as they are.
     trusted: f32,
+    /// From this many voxels on, outside and inside, values may be clamped.
+    clamped: [f32; 2],
 }
 
 impl<'a> Distances<'a> {
     /// Finds the surface. Returns `None` if there is none. `first` is an index near it.
     pub(super) fn new(lattice: &'a Lattice, first: IVec3) -> Option<Self> {
         let boxes = lattice.known_boxes();
-        let points =
-            |origin: &IVec3| surface_points(lattice, *origin, (*origin - first).as_vec3(), true);
+        // Arrays often hold other functions, whose corners would lie elsewhere.
+        let has_corners = lattice.is_level_set();
+        let points = |origin: &IVec3| {
+            surface_points(lattice, *origin, (*origin - first).as_vec3(), has_corners)
+        };
         let points: Vec<[Vec3; 2]> = boxes.par_iter().flat_map_iter(points).collect();
         // Where values rise by at least half of a distance, one of at most 1.5 voxels is at most 3 voxels away.
         let flat = points.iter().filter(|[_, slope]| slope.length() < 0.5);
@@ -89,6 +99,7 @@ impl<'a> Distances<'a> {
             first,
             surface,
             trusted: if is_steep { 0.75 * BAND } else { 0.0 },
+            clamped: clamped_from(lattice),
         })
     }
 
@@ -97,16 +108,23 @@ impl<'a> Distances<'a> {
         (point - self.lattice.origin) / self.lattice.voxel_size - self.first.as_vec3()
     }
 
+    /// Returns a value in voxels, if it is a distance.
+    fn stored(&self, (value, is_known): (f32, bool)) -> Option<f32> {
+        let voxels = value.abs() / self.lattice.voxel_size;
+        let clamped = self.clamped[usize::from(value < 0.0)];
+        (is_known && voxels < clamped).then_some(voxels)
+    }
+
     /// Returns a signed distance, given the value at the nearest index, and the distance in voxels to the nearest crossing.
-    fn joined(&self, (value, is_known): (f32, bool), crossing: f32) -> f32 {
+    fn joined(&self, value: (f32, bool), crossing: f32) -> f32 {
         let voxel = self.lattice.voxel_size;
         let voxels = (crossing * crossing - BESIDE).max(0.0).sqrt();
-        let stored = value.abs() / voxel;
+        let (value, stored) = (value.0, self.stored(value));
         // A value that is much too short must not end beside a distance.
-        let share = match is_known {
-            true => (stored.max(voxels - 1.0) / BAND - 1.0).clamp(0.0, 1.0),
-            false => 1.0,
-        };
+        let share = stored.map_or(1.0, |stored| {
+            (stored.max(voxels - 1.0) / BAND - 1.0).clamp(0.0, 1.0)
+        });
+        let stored = stored.unwrap_or(0.0);
         (voxel * (stored + (voxels - stored) * share)).copysign(value)
     }
 }
@@ -131,8 +149,10 @@ impl DistanceSampler for Distances<'_> {
         let mut values = Vec::new();
         self.lattice
             .values_in(index, SAMPLED_SIDE as usize + 1, &mut values);
-        let trusted = self.trusted * self.lattice.voxel_size;
-        let is_far = |&i: &usize| !values[i].1 || values[i].0.abs() > trusted;
+        let is_far = |&i: &usize| {
+            let stored = self.stored(values[i]);
+            stored.is_none_or(|stored| stored > self.trusted)
+        };
         let far: Vec<usize> = (0..out.len()).filter(is_far).collect();
         let place = |&i: &usize| self.place(block.position(i));
         let places: Vec<Vec3> = far.iter().map(place).collect();
@@ -145,6 +165,20 @@ impl DistanceSampler for Distances<'_> {
             out[i] = self.joined(values[i], crossing);
         }
     }
+}
+
+/// Returns from how many voxels on values may be clamped, outside and inside.
+fn clamped_from(lattice: &Lattice) -> [f32; 2] {
+    let mut most = [0.0f32; 2];
+    lattice.for_each_known(|_, value| {
+        let own = &mut most[usize::from(value < 0.0)];
+        *own = own.max(value.abs());
+    });
+    most.map(|most| {
+        let limit = CLAMPED * most / lattice.voxel_size;
+        // Values of the file end before.
+        if limit > 2.0 * BAND { f32::MAX } else { limit }
+    })
 }
 
 /// Returns where the surface crosses the edges from a box of 8³ voxels, and the slopes of the values there. The first voxel of the
@@ -160,15 +194,17 @@ fn surface_points(
     // With a voxel around it.
     lattice.values_in(origin - 1, SIDE, &mut values);
     let strides = [1, SIDE, SIDE * SIDE];
+    // Toward the surface, so that the other side of a thin wall does not count.
     let slope = |place: usize| {
+        let own = values[place].0;
+        let sign = if own < 0.0 { -1.0 } else { 1.0 };
+        let nearer = |(other, is_known): (f32, bool)| match is_known {
+            true => (sign * (own - other)).max(0.0),
+            false => 0.0,
+        };
         let slope = strides.map(|stride| {
-            let [before, after] = [values[place - stride], values[place + stride]];
-            match (before.1, after.1) {
-                (true, true) => 0.5 * (after.0 - before.0),
-                (true, false) => values[place].0 - before.0,
-                (false, true) => after.0 - values[place].0,
-                (false, false) => 0.0,
-            }
+            let [before, after] = [place - stride, place + stride].map(|at| nearer(values[at]));
+            sign * if before > after { before } else { -after }
         });
         Vec3::from(slope) / lattice.voxel_size
     };
@@ -184,14 +220,18 @@ fn surface_points(
         let around = around.as_flattened();
         // Beside a corner, distances are those to it, and bend: the crossings would cut it off.
         let bend: f32 = around.iter().map(|(other, _)| other - value).sum();
+        let voxels = value / lattice.voxel_size;
         if has_corners
-            && value.abs() <= BAND * lattice.voxel_size
+            && (1.0..=BAND).contains(&voxels.abs())
             && bend * value.signum() > CORNER * lattice.voxel_size
             && around.iter().all(|(_, is_known)| *is_known)
         {
-            let slope = slope(place);
-            let way = slope.normalize_or_zero() * (value / lattice.voxel_size);
-            points.push([begin + inner.as_vec3() - way, slope]);
+            let slope = strides.map(|s| values[place + s].0 - values[place - s].0);
+            let slope = Vec3::from(slope) / (2.0 * lattice.voxel_size);
+            if slope.length() > CORNER_SLOPE {
+                let way = voxels * slope.normalize();
+                points.push([begin + inner.as_vec3() - way, slope]);
+            }
         }
         for (axis, stride) in IVec3::AXES.into_iter().zip(strides) {
             for (side, other) in [(axis, place + stride), (-axis, place - stride)] {

@@ -230,6 +230,11 @@ impl Lattice {
         }
     }
 
+    /// Whether it is a level set, whose values are distances.
+    pub(super) fn is_level_set(&self) -> bool {
+        matches!(self.samples, Samples::Sparse(_))
+    }
+
     /// Whether the sides of an array cut its solid off.
     pub(super) fn is_cut(&self) -> bool {
         matches!(&self.samples, Samples::Dense(own) if own.outside.is_none())
