@@ -98,8 +98,9 @@ fn values_of_any_slope_become_distances() {
         let place = Vec3::from([i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|c| c as f32));
         voxel * (place - 0.5 * (SIDE - 1) as f32)
     };
-    // Functions, and whether they are scaled.
-    let functions: [(fn(f32) -> f32, bool); 11] = [
+    /// A function, and whether its values are scaled.
+    type Case = (fn(f32) -> f32, bool);
+    let functions: [Case; 11] = [
         (|d| d, false),
         (|d| 1e-30 * d, true),
         (|d| 0.1 * d, true),
