@@ -16,6 +16,9 @@ use rayon::prelude::*;
 /// whose surface is moved that far.
 const TOLERANCE: f32 = 0.08;
 
+/// Around solids of more voxels along their longest side, the error grows with the side.
+const FULL_ACCURACY_VOXELS: f32 = 512.0;
+
 /// Up to this many voxels from the surface, creases of the distance have samples a voxel apart, and two voxels beyond.
 const CREASE_VOXELS: f32 = 12.0;
 
@@ -229,7 +232,12 @@ fn cell_samples(
     let is_near = away <= NEAR_VOXELS * block.step;
     let is_fine = is_near || cell.level > 0 || away <= CREASE_VOXELS * voxel;
     let max_kind = MAX_KIND - u8::from(!is_fine);
-    let tolerance = TOLERANCE * voxel * (1.0 + 2.0 * away / size);
+    // Around a long solid, a share of its size is accurate enough, and samples stay few.
+    let wide = match cell.level {
+        0 => 1.0,
+        _ => (size / (FULL_ACCURACY_VOXELS * voxel)).max(1.0),
+    };
+    let tolerance = TOLERANCE * voxel * wide * (1.0 + 2.0 * away / size);
     let (mut kind, mut samples) = (0, block.corners.to_vec());
     if is_near {
         kind = MAX_KIND;
