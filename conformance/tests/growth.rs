@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 /// A thin lens: two spheres, whose fields stay small far outside it.
 fn lens() -> Scene {
-    let ball = |x: f32| Brush::new(Shape::Sphere { radius: 10.0 }).at([x, 0.0, 0.0]);
+    let sphere = |x: f32| Brush::new(Shape::Sphere { radius: 10.0 }).at([x, 0.0, 0.0]);
     let mut scene = Scene::new();
-    scene.push(ball(-9.95)).expect("a brush");
-    scene.push(ball(9.95).intersect()).expect("a brush");
+    scene.push(sphere(-9.95)).expect("a brush");
+    scene.push(sphere(9.95).intersect()).expect("a brush");
     scene
 }
 
-/// A box that is sheared along a ramp so short that distances are a fifth.
+/// A box that is sheared along a ramp so short that distances are divided by more than a hundred.
 fn sheared() -> Scene {
     let shift = Modifier::Shift {
         by: [0.0, 0.4, 0.0],

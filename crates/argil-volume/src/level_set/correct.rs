@@ -62,7 +62,8 @@ fn is_one(slope: f32) -> bool {
     (slope - 1.0).abs() <= SLOPE_TOLERANCE
 }
 
-/// Returns the slope toward the surface, by the differences to the samples beside one.
+/// Returns the slope of samples away from the surface, by the scheme of Godunov for |∇d| = 1 (Rouy and Tourin, "A viscosity
+/// solutions approach to shape-from-shading", 1992). Across a crease, it is that of one side.
 fn slope(samples: &[f32; WIDE_SAMPLES], place: usize, voxel: f32) -> f32 {
     let own = samples[place];
     let sign = if own < 0.0 { -1.0 } else { 1.0 };
