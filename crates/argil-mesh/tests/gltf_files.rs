@@ -26,6 +26,7 @@ fn shorts(all: &[u16]) -> Vec<u8> {
 }
 
 /// A file of one tetrahedron, to which tests add views.
+#[derive(Clone)]
 struct Parts {
     root: Value,
     bytes: Vec<u8>,
@@ -181,6 +182,18 @@ fn sparse_and_quantized_numbers_are_read() {
         "sparse": {"count": 3, "indices": {"bufferView": at, "componentType": 5123}, "values": {"bufferView": to}},
     });
     assert!((volume(&plain(&parts)) - 1.0).abs() < 1e-6);
+    // Zeros that no file stores take memory too, as positions and as indices.
+    let mut zeros = parts.clone();
+    zeros.root["accessors"][0]["count"] = json!(99_999_999);
+    let positions = json!({"attributes": {"POSITION": 0}});
+    zeros.root["meshes"][0]["primitives"] = json!([positions]);
+    assert!(zeros.read().expect_err("a fault").contains("may take"));
+    zeros.root["accessors"][1] = zeros.root["accessors"][0].clone();
+    zeros.root["accessors"][1]["type"] = json!("SCALAR");
+    zeros.root["accessors"][1]["componentType"] = json!(5125);
+    zeros.root["accessors"][0]["count"] = json!(4);
+    zeros.root["meshes"][0]["primitives"][0]["indices"] = json!(1);
+    assert!(zeros.read().expect_err("a fault").contains("may take"));
     let mut unsorted = parts;
     let at = unsorted.view(&shorts(&[1, 3, 2]));
     unsorted.root["accessors"][0]["sparse"]["indices"]["bufferView"] = json!(at);

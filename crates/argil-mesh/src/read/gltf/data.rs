@@ -10,6 +10,9 @@ use std::collections::HashMap;
 use std::ops::Deref;
 use std::rc::Rc;
 
+/// Memory that an element takes in a mesh, where the file stores none of its bytes.
+const ZERO_BYTES: u64 = 64;
+
 /// Bytes of the file, or unpacked ones.
 #[derive(Clone)]
 enum Bytes<'a> {
@@ -212,6 +215,10 @@ impl<'a> Data<'a> {
         };
         if numbers.is_none() && sparse.is_none() {
             return Err(fault("it has no data"));
+        }
+        if numbers.is_none() {
+            self.budget
+                .take((own.count as u64).saturating_mul(ZERO_BYTES))?;
         }
         Ok(Accessor {
             numbers,
