@@ -448,6 +448,18 @@ struct PruneUniform {
     freed_first: u32,
     bounds_first: u32,
 }
+struct NearUniform {
+    corner: vec3<f32>,
+    inv_edge: f32,
+    blocks_x: u32,
+    blocks_y: u32,
+    blocks_z: u32,
+    arena_first: u32,
+    arena_words: u32,
+    block_margin: f32,
+    part_margin: f32,
+    pad0: u32,
+}
 struct MarchingUniform {
     first_voxel: vec4<f32>,
     iso: f32,

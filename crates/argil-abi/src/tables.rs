@@ -200,6 +200,32 @@ shared_struct! {
 }
 
 shared_struct! {
+    /// A grid whose parts have lists of instructions. They come in blocks of 4x4x4.
+    NearUniform {
+        /// The grid's corner.
+        corner: [f32; 3],
+        /// Reciprocal of a part's edge.
+        inv_edge: f32,
+        /// Blocks along x.
+        blocks_x: u32,
+        /// Blocks along y.
+        blocks_y: u32,
+        /// Blocks along z.
+        blocks_z: u32,
+        /// Index of the lists themselves, beginning with the whole program's.
+        arena_first: u32,
+        /// Words available for lists.
+        arena_words: u32,
+        /// How much farther an operand must be than another at a block's center, so that it does not matter in the block.
+        block_margin: f32,
+        /// The same for a part.
+        part_margin: f32,
+        /// Zero.
+        pad0: u32,
+    }
+}
+
+shared_struct! {
     /// The lists for building bricks, and the blocks to build.
     PruneUniform {
         /// The margin of two distances, besides the Lipschitz constant's share.
@@ -289,6 +315,7 @@ pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
     (BrickBuildUniform::LAYOUT, BrickBuildUniform::FIELD_TYPES),
     (FillUniform::LAYOUT, FillUniform::FIELD_TYPES),
     (PruneUniform::LAYOUT, PruneUniform::FIELD_TYPES),
+    (NearUniform::LAYOUT, NearUniform::FIELD_TYPES),
     (MarchingUniform::LAYOUT, MarchingUniform::FIELD_TYPES),
     (OctreeNode::LAYOUT, OctreeNode::FIELD_TYPES),
     (PathUniform::LAYOUT, PathUniform::FIELD_TYPES),

@@ -197,12 +197,3 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
     }
     return acc;
 }
-
-fn field_distance(p: vec3<f32>) -> f32 {
-    return field(p, false);
-}
-
-// Returns the distance, and sets `field_material`.
-fn field_surface(p: vec3<f32>) -> f32 {
-    return field(p, true);
-}

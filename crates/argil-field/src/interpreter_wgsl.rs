@@ -29,6 +29,7 @@ pub struct Interpreter {
     opcodes: OpcodeSet,
     stack_slots: u32,
     has_subgroups: bool,
+    takes_turns: bool,
 }
 
 impl Interpreter {
@@ -43,6 +44,7 @@ impl Interpreter {
             opcodes,
             stack_slots: class.unwrap_or(GPU_STACK_SLOTS),
             has_subgroups: false,
+            takes_turns: false,
         }
     }
 
@@ -51,6 +53,16 @@ impl Interpreter {
     pub fn with_subgroups(self, has_subgroups: bool) -> Self {
         Self {
             has_subgroups,
+            ..self
+        }
+    }
+
+    /// Lets the threads of a subgroup whose points are in different parts of a grid take turns, if threads at one instruction
+    /// are faster, on a device that can.
+    #[must_use]
+    pub fn with_turns(self, takes_turns: bool) -> Self {
+        Self {
+            takes_turns,
             ..self
         }
     }
@@ -71,7 +83,7 @@ impl Interpreter {
         Self {
             opcodes: self.opcodes.union(other.opcodes),
             stack_slots: self.stack_slots.max(other.stack_slots),
-            has_subgroups: self.has_subgroups,
+            ..self
         }
     }
 
@@ -89,7 +101,24 @@ impl Interpreter {
     /// `instructions: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
     /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
-        self.text() + include_str!("unpruned.wgsl")
+        self.text() + UNMARKED + include_str!("unpruned.wgsl") + CALLS
+    }
+
+    /// Returns the WGSL twins where each point runs the list of its part of a grid, the twin of [`crate::NearField`].
+    /// The module must also declare `lists: array<u32>` and `near: NearUniform`. See [`Interpreter::near_lists_wgsl`].
+    pub fn near_wgsl(self) -> String {
+        let turns = if self.takes_turns {
+            TAKE_TURNS
+        } else {
+            NO_TURNS
+        };
+        self.text() + turns + UNMARKED + LISTED + include_str!("near_field.wgsl")
+    }
+
+    /// Returns the WGSL that makes the lists for [`Interpreter::near_wgsl`]. The module must also declare
+    /// `lists: array<u32>`, `prune: NearUniform` and `counters: array<atomic<u32>>`.
+    pub fn near_lists_wgsl(self) -> String {
+        self.pruning_wgsl() + include_str!("near_lists.wgsl")
     }
 
     /// Returns the WGSL twins with pruning, the twin of [`crate::Pruner`]. The interpreter runs the range `list` of
@@ -98,8 +127,10 @@ impl Interpreter {
     pub fn pruning_wgsl(self) -> String {
         self.text()
             + &list_constants(self.opcodes, self.stack_slots)
+            + LISTED
             + include_str!("prune.wgsl")
             + include_str!("column_lists.wgsl")
+            + CALLS
     }
 
     /// Returns the WGSL that evaluates three points of a column at once, by the lists for them that `column_of` in
@@ -148,6 +179,10 @@ impl Interpreter {
     }
 }
 
+const CALLS: &str = include_str!("field_calls.wgsl");
+const LISTED: &str = include_str!("listed.wgsl");
+const UNMARKED: &str = include_str!("unmarked.wgsl");
+
 /// The materials of brushes with textures.
 pub(crate) const TEXTURES: &str = concat!(
     include_str!("texture_patterns.wgsl"),
@@ -159,6 +194,20 @@ pub(crate) const TEXTURES: &str = concat!(
 const VOTE: &str = "
 fn holds_in_subgroup(condition: bool) -> bool {
     return subgroupAll(condition);
+}
+";
+
+/// Threads whose points are in one part take turns with the others, so that all of them are at the same instruction.
+const TAKE_TURNS: &str = "
+fn first_in_subgroup(word: u32) -> u32 {
+    return subgroupBroadcastFirst(word);
+}
+";
+
+/// What stands for this where each thread loads its own instructions as fast: all take turns at once.
+const NO_TURNS: &str = "
+fn first_in_subgroup(word: u32) -> u32 {
+    return word;
 }
 ";
 

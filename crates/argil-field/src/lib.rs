@@ -28,6 +28,7 @@ mod material_mix;
 mod materials;
 pub mod naive;
 mod near_field;
+mod near_grid;
 mod node_map;
 mod noise;
 mod opcode_set;

@@ -14,21 +14,11 @@ const DROP_A: u32 = 1u;
 const DROP_B: u32 = 2u;
 const STAYS: u32 = 1u;
 
-// The list that runs: its first index, and its length.
-var<private> list: vec2<u32>;
 // Start of the marks, sixteen per word; the current joint; the bound on how fast distances can change relative to
 // each other.
 var<private> marks_first: u32;
 var<private> joint_place: u32;
 var<private> joint_margin: f32;
-
-fn list_length() -> u32 {
-    return list.y;
-}
-
-fn listed(place: u32) -> u32 {
-    return lists[list.x + place];
-}
 
 fn mark_at(place: u32, loops: u32) {
     // A loop has one distance per copy: it stays whole.

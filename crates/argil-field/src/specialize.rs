@@ -61,7 +61,7 @@ fn write_field(program: &Program) -> String {
     text += "    if !(is_in_world(at.x) && is_in_world(at.y) && is_in_world(at.z)) {\n        return FAR;\n    }\n";
     text += &body;
     text += "    return a0;\n}\n\n";
-    text + "fn field_distance(p: vec3<f32>) -> f32 {\n    return field(p, false);\n}\n\nfn field_surface(p: vec3<f32>) -> f32 {\n    return field(p, true);\n}\n"
+    text + include_str!("field_calls.wgsl")
 }
 
 fn write_instr(

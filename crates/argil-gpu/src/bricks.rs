@@ -87,6 +87,7 @@ macro_rules! way {
                 ],
             }),
             has_cones: true,
+            by_lists: false,
         }
     };
 }

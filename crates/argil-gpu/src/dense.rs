@@ -47,6 +47,7 @@ pub(crate) static DENSE: TraceMode = TraceMode {
         binds: &VOLUME_BINDS,
     }),
     has_cones: false,
+    by_lists: false,
 };
 
 impl VolumeTables for DenseTables {

@@ -82,6 +82,8 @@ pub struct Gpu {
     /// Whether shaders can write signed normalized textures of 8 and of 16 bits.
     pub(crate) writes_snorm: [bool; 2],
     pub(crate) counters: Counters,
+    /// Whether a software device gets what hardware gets.
+    as_hardware: bool,
     /// What the CPU reads through.
     pub(crate) staging: KeptStaging,
     /// Pipelines of earlier processes.
@@ -158,11 +160,25 @@ impl Gpu {
             has_timestamps,
             writes_snorm,
             counters: Counters::default(),
+            as_hardware: false,
             staging: KeptStaging::default(),
             pipeline_cache: None,
             #[cfg(target_arch = "wasm32")]
             faults: Default::default(),
         })
+    }
+
+    /// Gives a software device the passes that hardware gets, slow as they are there, to test them. Only opcodes that no program
+    /// uses are still left out.
+    #[must_use]
+    pub fn as_hardware(mut self) -> Self {
+        self.as_hardware = true;
+        self
+    }
+
+    /// Whether passes are those for hardware.
+    pub(crate) fn is_hardware(&self) -> bool {
+        self.as_hardware || self.info.kind != DeviceKind::Software
     }
 
     /// Describes the device.

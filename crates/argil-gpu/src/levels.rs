@@ -60,6 +60,7 @@ pub(crate) static LEVELS: TraceMode = TraceMode {
     is_exact: false,
     paths: None,
     has_cones: true,
+    by_lists: false,
 };
 
 /// Levels on the CPU, and their copy on the device.

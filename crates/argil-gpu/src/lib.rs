@@ -34,6 +34,7 @@ mod levels;
 mod march_passes;
 #[cfg(feature = "device")]
 mod marching_cubes;
+mod near_lists;
 #[cfg(feature = "device")]
 mod octree;
 #[cfg(feature = "device")]

@@ -56,6 +56,7 @@ pub(crate) static OCTREE: TraceMode = TraceMode {
     is_exact: false,
     paths: None,
     has_cones: false,
+    by_lists: false,
 };
 
 impl VolumeTables for OctreeTables {

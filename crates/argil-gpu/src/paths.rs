@@ -35,7 +35,12 @@ impl GpuProgram {
     /// # Errors
     /// If the device cannot evaluate the field, its limits are exceeded, or it fails.
     pub async fn trace_paths(&self, work: PathWork<'_>, still: &mut Still) -> Result<(), GpuError> {
-        self.trace_through(&FIELD, Vec::new(), work, still).await
+        // Rays that go anywhere have other lists in each thread of hardware, which takes many registers.
+        let (way, bound) = match self.gpu().is_hardware() {
+            true => (&FIELD, Vec::new()),
+            false => self.field_way()?,
+        };
+        self.trace_through(way, bound, work, still).await
     }
 
     /// Adds paths of light through a representation that is bound.
@@ -54,7 +59,7 @@ impl GpuProgram {
         let has_glass = work.program.has_glass();
         let gpu = self.gpu();
         let passes = self.passes(mode.name, || {
-            Passes::new(gpu, path_module(&self.field_wgsl(), way, mode))
+            Passes::new(gpu, path_module(&self.wgsl_for(way), way, mode))
         })?;
         let mut uniform = work.tables.uniform;
         let extras = work.program.material_extras();

@@ -1,5 +1,6 @@
 use crate::bindings::{INSTRS, LISTS, MATERIALS, PARAMS};
 use crate::cache::{Cache, PassKey};
+use crate::near_lists::NearLists;
 use crate::storage_buffer::StorageBuffer;
 use crate::tile_source::TileSource;
 use crate::trace_mode::BoundResource;
@@ -8,8 +9,8 @@ use argil_abi::{GPU_STACK_SLOTS, Instruction};
 use argil_field::{IncrementalProgram, Interpreter, Program};
 use std::any::Any;
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An instruction that does nothing, because an empty program still needs a row to bind.
 pub(crate) const NOP: &[Instruction] = &[Instruction {
@@ -36,6 +37,8 @@ pub struct GpuProgram {
     specialized_wgsl: Option<String>,
     /// The program for three points at once, if all of its instructions are common.
     columns: Option<StorageBuffer>,
+    /// The program's lists for frames and paths.
+    near: Mutex<NearLists>,
     /// Maximum evaluations per thread and dispatch.
     pub(crate) budget: u32,
     /// Loop iterations of one evaluation.
@@ -71,6 +74,7 @@ impl GpuProgram {
             interpreter,
             specialized_wgsl,
             columns: None,
+            near: Mutex::default(),
             budget: 0,
             iterations: 1,
             passes: Cache::default(),
@@ -139,7 +143,12 @@ impl GpuProgram {
     /// Uploads the instructions of the followed program, unless they are up to date.
     pub fn upload_instructions<'a>(&self, program: impl FnOnce() -> &'a Program) {
         if !self.is_whole.load(Ordering::Acquire) {
-            self.instructions.rewrite(&self.gpu, rows_of(program()));
+            let program = program();
+            self.instructions.rewrite(&self.gpu, rows_of(program));
+            self.near
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .follow(program);
             self.is_whole.store(true, Ordering::Release);
         }
     }
@@ -232,6 +241,12 @@ impl GpuProgram {
             let columns = self.columns.insert(StorageBuffer::new("columns"));
             columns.write(&self.gpu, &words)?;
         }
+        if self.specialized_wgsl.is_none() {
+            self.near
+                .get_mut()
+                .unwrap_or_else(PoisonError::into_inner)
+                .follow(program);
+        }
         self.length = instructions.len();
         self.set_iterations(program.max_iterations());
         self.is_live = false;
@@ -247,7 +262,12 @@ impl GpuProgram {
     /// Returns the bytes of the program's tables on the device.
     pub fn memory_bytes(&self) -> u64 {
         let columns = self.columns.as_ref().map_or(0, StorageBuffer::size);
-        self.instructions.size() + self.params.size() + self.materials.size() + columns
+        let near = self
+            .near
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .bytes();
+        self.instructions.size() + self.params.size() + self.materials.size() + columns + near
     }
 
     pub(crate) fn length(&self) -> usize {
@@ -265,6 +285,17 @@ impl GpuProgram {
     /// Returns the WGSL that evaluates the field by pruned lists.
     pub(crate) fn pruning_wgsl(&self) -> String {
         self.interpreter.pruning_wgsl()
+    }
+
+    /// Returns the interpreter.
+    pub(crate) fn interpreter(&self) -> Interpreter {
+        self.interpreter
+    }
+
+    /// Returns what is bound of the program's lists, or `None` if frames and paths evaluate the program whole.
+    pub(crate) fn near(&self) -> Result<Option<Vec<BoundResource>>, GpuError> {
+        let mut near = self.near.lock().unwrap_or_else(PoisonError::into_inner);
+        near.bound(self)
     }
 
     /// Returns the WGSL that evaluates three points of a column at once, if any shape of the program is common.
@@ -335,8 +366,10 @@ fn interpreter_for(gpu: &Gpu, program: &Program) -> Interpreter {
     } else {
         Interpreter::full(program)
     };
-    let features = gpu.device.features();
-    interpreter.with_subgroups(features.contains(wgpu::Features::SUBGROUP))
+    let has_subgroups = gpu.device.features().contains(wgpu::Features::SUBGROUP);
+    interpreter
+        .with_subgroups(has_subgroups)
+        .with_turns(has_subgroups && gpu.is_hardware())
 }
 
 /// Returns the rows of a program's table of instructions.

@@ -29,6 +29,7 @@ pub(crate) static MESH: TraceMode = TraceMode {
     is_exact: false,
     paths: None,
     has_cones: false,
+    by_lists: false,
 };
 
 /// Triangles on a device.

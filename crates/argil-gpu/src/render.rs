@@ -10,6 +10,7 @@ use crate::frame_stages::{
     ALL_MODES, CONE, DEFERRED, MARCH, MORE_LIGHT, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
     WITH_CONES, WORK_PER_DISPATCH, band_rows, stages,
 };
+use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
 use crate::resolve::resolve_module;
@@ -17,6 +18,7 @@ use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
 use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Maximum steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
@@ -25,7 +27,7 @@ const SOFTWARE_STEPS: u32 = 50_000;
 const MORE_EVALUATIONS: u64 = argil_abi::LAMP_STEPS as u64 + 2;
 /// Maximum pixels of a frame whose buffers are kept. Larger ones, of over a gigabyte, are freed.
 const MAX_CACHED: u64 = 1 << 24;
-pub(crate) static FIELD: TraceMode = TraceMode {
+const WHOLE_FIELD: TraceMode = TraceMode {
     name: "field",
     more_name: "field with more light",
     march: wgsl::FIELD,
@@ -40,9 +42,43 @@ pub(crate) static FIELD: TraceMode = TraceMode {
         binds: &[],
     }),
     has_cones: false,
+    by_lists: false,
+};
+/// Rays through the field.
+pub(crate) static FIELD: TraceMode = WHOLE_FIELD;
+/// The same by lists of instructions for parts of a grid.
+pub(crate) static NEAR_FIELD: TraceMode = TraceMode {
+    name: "field by lists",
+    more_name: "field by lists with more light",
+    tables: near_tables,
+    binds: &NEAR_BINDS,
+    paths: Some(PathMode {
+        name: "paths through the field by lists",
+        wgsl: wgsl::FIELD_PATHS,
+        binds: &NEAR_BINDS,
+    }),
+    by_lists: true,
+    ..WHOLE_FIELD
 };
 
 impl GpuProgram {
+    /// Returns how frames and paths evaluate the field, and what they bind for it.
+    pub(crate) fn field_way(&self) -> Result<(&'static TraceMode, Vec<BoundResource>), GpuError> {
+        self.check_length()?;
+        Ok(match self.near()? {
+            Some(bound) => (&NEAR_FIELD, bound),
+            None => (&FIELD, Vec::new()),
+        })
+    }
+
+    /// Returns the WGSL with which a trace mode evaluates the field.
+    pub(crate) fn wgsl_for(&self, way: &TraceMode) -> Cow<'_, str> {
+        match way.by_lists {
+            true => self.interpreter().near_wgsl().into(),
+            false => self.field_wgsl(),
+        }
+    }
+
     /// Returns the passes of a trace mode. Each is compiled when it first runs.
     pub(crate) fn picture(
         &self,
@@ -50,7 +86,7 @@ impl GpuProgram {
         more: MoreLight,
     ) -> Result<Arc<RenderPasses>, GpuError> {
         let has_more = more.is_any();
-        let make = || RenderPasses::new(self.gpu(), &self.field_wgsl(), way, has_more);
+        let make = || RenderPasses::new(self.gpu(), &self.wgsl_for(way), way, has_more);
         let name = if has_more { way.more_name } else { way.name };
         if way.has_cones {
             return self.plain_passes(name, make);
@@ -75,11 +111,10 @@ impl GpuProgram {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
-        let passes = self.picture(&FIELD, MoreLight::of(first))?;
+        let (way, bound) = self.field_way()?;
+        let passes = self.picture(way, MoreLight::of(first))?;
         let extras = FrameExtras::default();
-        let drawn = passes
-            .draw(self, Vec::new(), extras, frames, with_hits)
-            .await?;
+        let drawn = passes.draw(self, bound, extras, frames, with_hits).await?;
         Ok((drawn.picture, drawn.duration_ms))
     }
 }

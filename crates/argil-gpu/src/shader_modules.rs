@@ -3,10 +3,11 @@
 use crate::bricks::{brick_modules, brick_ways};
 use crate::dense::{DENSE, tile_side_within};
 use crate::march_passes::{march_module, project_module, unindex_module};
+use crate::near_lists::near_lists_module;
 use crate::pass_module::PassModule;
 use crate::query::query_module;
 use crate::raster::MESH;
-use crate::render::{FIELD, frame_module};
+use crate::render::{FIELD, NEAR_FIELD, frame_module};
 use crate::resolve::resolve_module;
 use crate::texel_format::TexelFormat;
 use crate::tile_source::TileSource;
@@ -70,7 +71,9 @@ impl From<PassModule> for ShaderModule {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
-    let interpreter = Interpreter::full(program).with_subgroups(true);
+    let interpreter = Interpreter::full(program)
+        .with_subgroups(true)
+        .with_turns(true);
     let field = interpreter.wgsl();
     let texels = TexelFormat::Plain(SampleFormat::Snorm8);
     // What every hardware device can do.
@@ -93,8 +96,11 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
         resolve_module(),
     ]);
     let [flat, wide] = brick_ways();
-    let ways: [&TraceMode; 7] = [
+    let near = interpreter.near_wgsl();
+    all.push(near_lists_module(&interpreter.near_lists_wgsl()));
+    let ways: [&TraceMode; 8] = [
         &FIELD,
+        &NEAR_FIELD,
         &DENSE,
         &octree::OCTREE,
         flat,
@@ -103,9 +109,11 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
         &MESH,
     ];
     for way in ways {
-        all.extend([false, true].map(|has_more| frame_module(&field, way, has_more)));
-        let paths = way.paths.as_ref();
-        all.extend(paths.map(|mode| paths::path_module(&field, way, mode)));
+        let field = if way.by_lists { &near } else { &field };
+        all.extend([false, true].map(|has_more| frame_module(field, way, has_more)));
+        // Hardware traces paths through the whole field.
+        let paths = way.paths.as_ref().filter(|_| !way.by_lists);
+        all.extend(paths.map(|mode| paths::path_module(field, way, mode)));
     }
     all.into_iter().map(ShaderModule::from).collect()
 }

@@ -27,6 +27,8 @@ pub(crate) struct TraceMode {
     /// Whether cones go first, and leave a list of active blocks of pixels. Then hits have normals, and light and
     /// materials come from the volume.
     pub has_cones: bool,
+    /// Whether points evaluate the field by the lists of their parts.
+    pub by_lists: bool,
 }
 
 /// How paths of light pass through a representation.

@@ -6,7 +6,7 @@ use crate::ray_batch::{Points, RETIRED, RayBatch, RaySetup};
 use crate::source::{RayTracer, RenderSource};
 use crate::tile::{TILE_WIDTH, Tile};
 use crate::tile_buffers::TileScratch;
-use argil_abi::{self as abi, FrameUniform, Hit};
+use argil_abi::{self as abi, FrameUniform, Hit, RELAXATION};
 use argil_field::LANES;
 use argil_math::{Ray, set_indices};
 use glam::Vec3;
@@ -60,8 +60,7 @@ pub(crate) fn trace_tile(
         hits,
         ..
     } = scratch;
-    let (eye, step_scale) = (Vec3::from(frame.eye), frame.inv_lipschitz);
-    let epsilon = frame.epsilon;
+    let eye = Vec3::from(frame.eye);
 
     // Start the rays that meet the box.
     hits.clear();
@@ -71,7 +70,6 @@ pub(crate) fn trace_tile(
     let (mut steps, batch) = (0, probe.batch());
     while wave.len() > 0 {
         steps += 1;
-        let spent = steps >= frame.max_steps;
         let count = wave.len();
         for first in (0..count).step_by(batch) {
             let range = first..first + batch.min(count - first);
@@ -84,26 +82,7 @@ pub(crate) fn trace_tile(
             }
             probe.measure(points);
             for (d, first) in points.d.chunks(LANES).zip(range.step_by(LANES)) {
-                let range = first..first + d.len();
-                let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
-                let side = &mut wave.side[range];
-                if steps == 1 {
-                    for (side, &d) in side.iter_mut().zip(d) {
-                        *side = if d < 0.0 { -1.0 } else { 1.0 };
-                    }
-                }
-
-                // One step for all; then look at those that end with it.
-                let mut found = TraceState::default();
-                for i in 0..d.len() {
-                    let gap = d[i] * side[i];
-                    // A ray that grazes the surface may run out of steps within a pixel of it.
-                    let arrives = (gap < epsilon) | (spent & (gap < frame.pixel_width * t[i]));
-                    t[i] += gap * step_scale;
-                    found.reached[i] = u8::from(arrives);
-                    found.ended[i] =
-                        u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
-                }
+                let found = step(wave, first, frame, d, steps);
                 end_rays(wave, first, steps, &found, hits, out);
             }
         }
@@ -120,6 +99,55 @@ pub(crate) fn trace_tile(
     probe.measure(points);
     set_normals(frame, tile, hits, points, out);
     intersect_ground(frame, tile, out);
+}
+
+/// Takes one step of the rays from `first` on, whose distances are known. Then looks at those that end with it.
+fn step(
+    wave: &mut RayBatch,
+    first: usize,
+    frame: &FrameUniform,
+    d: &[f32],
+    steps: u32,
+) -> TraceState {
+    let range = first..first + d.len();
+    let (t, end) = (&mut wave.t[range.clone()], &wave.end[range.clone()]);
+    let over = &mut wave.over[range.clone()];
+    let last_gap = &mut wave.last_gap[range.clone()];
+    let last_way = &mut wave.last_way[range.clone()];
+    let side = &mut wave.side[range];
+    let spent = steps >= frame.max_steps;
+    if steps == 1 {
+        for (side, &d) in side.iter_mut().zip(d) {
+            *side = if d < 0.0 { -1.0 } else { 1.0 };
+        }
+    }
+    let mut found = TraceState::default();
+    for i in 0..d.len() {
+        let gap = d[i] * side[i];
+        let way = gap * frame.inv_lipschitz;
+        // The spheres no longer touch: return to the end of the last one.
+        let too_far = (over[i] > 0.0) & (way < over[i]);
+        // A ray that grazes the surface may run out of steps within a pixel of it.
+        let near = (gap < frame.epsilon) | (spent & (gap < frame.pixel_width * t[i]));
+        let arrives = !too_far & near;
+        // Along a plane, spheres still touch with this additional distance between their centers.
+        let (before, fell) = (last_way[i], last_gap[i] - gap);
+        let fell = if fell > 0.0 { fell } else { 0.0 };
+        let sum = before + fell;
+        let share = (before - fell) / (if sum > 0.0 { sum } else { 1.0 });
+        let more = RELAXATION * way * (if share > 0.0 { share } else { 0.0 });
+        // Beyond the box, nothing would tell whether they do.
+        let is_kept = !too_far & (t[i] + way + more <= end[i]);
+        let more = if is_kept { more } else { 0.0 };
+        let moved = if too_far { -over[i] } else { way + more };
+        t[i] += if arrives { way } else { moved };
+        over[i] = more;
+        last_gap[i] = gap;
+        last_way[i] = if too_far { 0.0 } else { moved };
+        found.reached[i] = u8::from(arrives);
+        found.ended[i] = u8::from((end[i] != RETIRED) & (arrives | spent | (t[i] > end[i])));
+    }
+    found
 }
 
 /// Loads the rays that meet the box.

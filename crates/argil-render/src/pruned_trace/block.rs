@@ -381,7 +381,8 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let taken = steps[i] + 1;
             let spent = taken >= max_steps;
             // The spheres no longer touch: return to the end of the last one.
-            let too_far = (over[i] > 0.0) & (gap < over[i]);
+            let way = gap * scale;
+            let too_far = (over[i] > 0.0) & (way < over[i]);
             // A ray that grazes the surface may run out of steps within a pixel of it.
             let arrives = !too_far & ((gap < epsilon) | (spent & (gap < pixel * t[i])));
             // Along a plane, spheres still touch with this additional distance between their centers.
@@ -390,7 +391,6 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let sum = before + fell;
             let share = (before - fell) / (if sum > 0.0 { sum } else { 1.0 });
             let share = if share > 0.0 { share } else { 0.0 };
-            let way = gap * scale;
             let more = RELAXATION * way * share;
             // Beyond the end of the slab, or of the box, nothing would tell whether they do.
             let beyond = t[i] + way + more;

@@ -1,0 +1,196 @@
+//! Lists of instructions for the parts of a grid, with which frames and paths evaluate the field.
+
+use crate::bindings::{Bind, COUNTERS, FIELD_BINDS, LISTS, PRUNE, TABLES_WGSL};
+use crate::pass_module::{PassModule, Passes};
+use crate::resources::uniform_of;
+use crate::storage_buffer::StorageBuffer;
+use crate::trace_mode::BoundResource;
+use crate::{Gpu, GpuError, GpuProgram};
+use argil_abi::{COUNTER_LISTS, NearUniform};
+use argil_field::Program;
+
+/// Shorter programs are evaluated whole.
+const SHORT: usize = 8;
+/// Words reserved for the lists of a part, for those of a block per instruction, and at most for all.
+const PART_WORDS: u64 = 32;
+const BLOCK_WORDS: u64 = 2;
+const MOST_WORDS: u64 = 1 << 24;
+/// How far the grid reaches beyond the solid, as a part of its longest side. Light asks there.
+const AROUND: f32 = 0.125;
+/// Threads of a workgroup, and workgroups in a row of a dispatch.
+const GROUP: u64 = 64;
+const ROW: u32 = 32_768;
+
+/// Tables to read.
+const READ_WGSL: &str = "
+@group(0) @binding(BIND_LISTS) var<storage, read> lists: array<u32>;
+@group(0) @binding(BIND_PRUNE) var<uniform> near: NearUniform;
+";
+
+/// The same, to write.
+const WRITE_WGSL: &str = "
+@group(0) @binding(BIND_LISTS) var<storage, read_write> lists: array<u32>;
+@group(0) @binding(BIND_PRUNE) var<uniform> prune: NearUniform;
+@group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
+";
+
+/// The bindings of what reads lists.
+pub(crate) const NEAR_BINDS: [Bind; 2] = [Bind::Read(LISTS), Bind::Uniform(PRUNE)];
+
+/// Returns the WGSL of these.
+pub(crate) fn near_tables() -> String {
+    READ_WGSL.to_owned()
+}
+
+/// The lists of a program.
+#[derive(Debug)]
+pub(crate) struct NearLists {
+    lists: StorageBuffer,
+    counters: StorageBuffer,
+    uniform: Option<wgpu::Buffer>,
+    /// The grid of the program, and the program's length. `None` if it is evaluated whole.
+    grid: Option<(NearUniform, usize)>,
+    /// Whether the lists are those of the program.
+    are_made: bool,
+}
+
+impl Default for NearLists {
+    fn default() -> Self {
+        Self {
+            lists: StorageBuffer::new("lists of parts"),
+            counters: StorageBuffer::new("counters of lists"),
+            uniform: None,
+            grid: None,
+            are_made: false,
+        }
+    }
+}
+
+impl NearLists {
+    /// Follows a program, whose lists are made when they are first asked for.
+    pub(crate) fn follow(&mut self, program: &Program) {
+        let length = program.instructions().len();
+        let solid = program.aabb();
+        let around = solid.grown(AROUND * solid.size().max_element());
+        let grid = program.near_grid(around).filter(|_| length > SHORT);
+        self.grid = grid.map(|grid| (grid, length));
+        self.are_made = false;
+    }
+
+    /// Returns the bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.lists.size() + self.counters.size()
+    }
+
+    /// Makes the lists, unless they are made. Returns what is bound of them, or `None` if the program is evaluated whole.
+    pub(crate) fn bound(
+        &mut self,
+        field: &GpuProgram,
+    ) -> Result<Option<Vec<BoundResource>>, GpuError> {
+        let Some((mut grid, length)) = self.grid else {
+            return Ok(None);
+        };
+        let gpu = field.gpu();
+        if !self.are_made {
+            self.reserve(gpu, &mut grid, length as u64)?;
+            self.make(field, &grid, length as u64)?;
+            self.are_made = true;
+        }
+        let uniform = self
+            .uniform
+            .iter()
+            .map(|uniform| BoundResource::buffer(PRUNE, uniform));
+        Ok(Some(
+            self.lists.bound(LISTS).into_iter().chain(uniform).collect(),
+        ))
+    }
+
+    /// Reserves memory. What does not fit into it uses the list that it would be pruned from.
+    fn reserve(&mut self, gpu: &Gpu, grid: &mut NearUniform, length: u64) -> Result<(), GpuError> {
+        let blocks = blocks_of(grid);
+        let head = 2 * (65 * blocks + 1);
+        let wanted = BLOCK_WORDS * blocks * length + 64 * blocks * PART_WORDS;
+        let words = wanted.min(MOST_WORDS).max(length);
+        self.lists.reserve(gpu, 4 * (head + words))?;
+        self.counters
+            .reserve(gpu, 4 * (u64::from(COUNTER_LISTS) + 1))?;
+        (grid.arena_first, grid.arena_words) = (head as u32, words as u32);
+        if self.uniform.is_none() {
+            self.uniform =
+                Some(gpu.with_error_scope(|| uniform_of::<NearUniform>(gpu, "grid of lists"))?);
+        }
+        if let Some(uniform) = &self.uniform {
+            gpu.queue.write_buffer(uniform, 0, bytemuck::bytes_of(grid));
+        }
+        Ok(())
+    }
+
+    /// Submits the passes that make the lists.
+    fn make(&self, field: &GpuProgram, grid: &NearUniform, length: u64) -> Result<(), GpuError> {
+        let gpu = field.gpu();
+        let passes = field.passes("lists of parts", || {
+            Passes::new(
+                gpu,
+                near_lists_module(&field.interpreter().near_lists_wgsl()),
+            )
+        })?;
+        let blocks = blocks_of(grid);
+        let mut stages = Vec::new();
+        for (name, groups) in [
+            ("begin_near_lists", length.div_ceil(GROUP)),
+            ("prune_near_blocks", blocks.div_ceil(GROUP)),
+            ("prune_near_parts", blocks),
+        ] {
+            stages.push((passes.get(gpu, name)?, groups as u32));
+        }
+        gpu.with_error_scope(|| {
+            let mut entries: Vec<_> = field.table_bindings().collect();
+            entries.extend(self.lists.binding(LISTS));
+            entries.extend(self.counters.binding(COUNTERS));
+            entries.extend(
+                self.uniform
+                    .iter()
+                    .map(|uniform| crate::bindings::entry(PRUNE, uniform)),
+            );
+            let bound = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("Field::lists"),
+                layout: &passes.layout,
+                entries: &entries,
+            });
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            for (pipeline, groups) in stages {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &bound, &[]);
+                pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
+            }
+            gpu.submit(encoder);
+        })
+    }
+}
+
+fn blocks_of(grid: &NearUniform) -> u64 {
+    [grid.blocks_x, grid.blocks_y, grid.blocks_z]
+        .map(u64::from)
+        .iter()
+        .product()
+}
+
+/// Describes the passes that make lists.
+pub(crate) fn near_lists_module(lists_wgsl: &str) -> PassModule {
+    let source = [&argil_abi::wgsl(), TABLES_WGSL, WRITE_WGSL, lists_wgsl];
+    let mut binds = FIELD_BINDS.to_vec();
+    binds.extend([
+        Bind::Write(LISTS),
+        Bind::Uniform(PRUNE),
+        Bind::Write(COUNTERS),
+    ]);
+    let entry_points = ["begin_near_lists", "prune_near_blocks", "prune_near_parts"];
+    PassModule::new(
+        "Field::lists",
+        &source,
+        binds,
+        &[("MARKING", 1.0)],
+        &entry_points,
+    )
+}
