@@ -1,15 +1,20 @@
 use crate::bindings::{ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL};
+use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
 use crate::storage_buffer::StorageBuffer;
+use crate::trace_mode::BoundResource;
 use crate::{GpuError, GpuProgram};
 use argil_abi::{QueryPoint, QueryResult};
 
 /// Points per workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
+/// As many points are worth lists for the parts of a grid.
+const MANY: usize = 4096;
 
 impl GpuProgram {
-    /// Evaluates the field at points: distances and materials. The pass is compiled when first used.
+    /// Evaluates the field at points: distances and materials. The pass is compiled when first used. With 4,096 points or more,
+    /// each runs only the instructions that can matter near it, and gets the same bits.
     ///
     /// # Errors
     /// If the device fails.
@@ -18,9 +23,19 @@ impl GpuProgram {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let passes = self.passes("query", || {
-            Passes::new(gpu, query_module(&self.field_wgsl()))
-        })?;
+        let near = match points.len() >= MANY {
+            true => self.near()?,
+            false => None,
+        };
+        let passes = match near {
+            Some(_) => self.passes("query by lists", || {
+                let near_wgsl = self.interpreter().near_wgsl();
+                Passes::new(gpu, query_module(&near_wgsl, true))
+            }),
+            None => self.passes("query", || {
+                Passes::new(gpu, query_module(&self.field_wgsl(), false))
+            }),
+        }?;
         let pipeline = passes.get(gpu, "query")?;
         let queries: Vec<QueryPoint> = points
             .iter()
@@ -36,6 +51,7 @@ impl GpuProgram {
         let groups = (points.len() as u32).div_ceil(GROUP);
         gpu.with_error_scope(|| {
             let mut entries: Vec<_> = self.table_bindings().collect();
+            entries.extend(near.iter().flatten().map(BoundResource::entry));
             entries.extend(query_table.binding(QUERIES));
             entries.extend(answers.binding(ANSWERS));
             let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -68,16 +84,26 @@ impl GpuProgram {
     }
 }
 
-/// Describes the pass that evaluates the field at points.
-pub(crate) fn query_module(field_wgsl: &str) -> PassModule {
+/// Describes the pass that evaluates the field at points, by lists or not.
+pub(crate) fn query_module(field_wgsl: &str, by_lists: bool) -> PassModule {
+    let tables = if by_lists {
+        near_tables()
+    } else {
+        String::new()
+    };
     let source = [
         &argil_abi::wgsl(),
         TABLES_WGSL,
+        &tables,
         QUERY_WGSL,
         field_wgsl,
         include_str!("query.wgsl"),
     ];
     let mut binds = FIELD_BINDS.to_vec();
     binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
-    PassModule::new("Query", &source, binds, &[], &["query"])
+    if by_lists {
+        binds.extend(NEAR_BINDS);
+    }
+    let label = if by_lists { "Query by lists" } else { "Query" };
+    PassModule::new(label, &source, binds, &[], &["query"])
 }

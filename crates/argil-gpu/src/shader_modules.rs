@@ -92,7 +92,8 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
         march_module(false),
         project_module(&field),
         unindex_module(),
-        query_module(&field),
+        query_module(&field, false),
+        query_module(&interpreter.near_wgsl(), true),
         resolve_module(),
     ]);
     let [flat, wide] = brick_ways();
