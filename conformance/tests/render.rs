@@ -181,7 +181,6 @@ fn rays_equal_a_search() {
         (Vec3::new(1.5, 0.52, 0.0), HIT_OUTSIDE),
     ] {
         let frame = look(&settings, eye, &program)[0];
-        let epsilon = frame.epsilon;
         let hits = render_with_hits(&program, &UnprunedField, &[frame]).hits;
         let (mut hit, mut missed, mut wrong) = (0, 0, 0);
         for _ in 0..700 {
@@ -190,6 +189,7 @@ fn rays_equal_a_search() {
                 (numbers.unit() * 64.0) as u32,
             );
             let found = &hits[(y * 64 + x) as usize];
+            let epsilon = frame.epsilon.max(frame.close_slope * found.normal_t[3]);
             match first_crossing(&scene, eye, primary_ray(&frame, x, y).direction) {
                 Some(t) => {
                     hit += 1;
@@ -334,12 +334,15 @@ fn pruned_rays_equal_unpruned_ones() {
             .intersection(Aabb::centered(Vec3::splat(3.0)));
         for orbit in [[30.0, 20.0, 2.4], [200.0, -35.0, 0.8], [110.0, 3.0, 0.02]] {
             let camera = Camera::orbit(held, orbit, 45.0);
-            let settings = RenderSettings {
+            let mut settings = RenderSettings {
                 size: [90, 70],
                 mode: RenderMode::Normal,
                 max_steps: 2048,
                 ..RenderSettings::default()
             };
+            let frames = frame_uniforms(&settings, &camera, &program, None, held);
+            // Not a part of a pixel, within which normals may be others.
+            settings.epsilon = Some(frames[0].epsilon);
             let frames = frame_uniforms(&settings, &camera, &program, None, held);
             let whole = render_with_hits(&program, &UnprunedField, &frames).hits;
             let pruned = render_with_hits(&program, &PrunedField, &frames).hits;
@@ -401,6 +404,7 @@ fn rays_find_the_nearest_of_very_many() {
         size: [90, 70],
         mode: RenderMode::Normal,
         max_steps: 4096,
+        epsilon: Some(1e-4),
         ..RenderSettings::default()
     };
     let frame = frame_uniforms(&settings, &camera, &program, None, FOCUS)[0];
@@ -463,7 +467,7 @@ fn light_of_many_is_the_whole_fields() {
         let camera = Camera::orbit(FOCUS, [30.0, 20.0, 3.4], 45.0);
         let settings = RenderSettings {
             size: [96, 72],
-            samples: 1,
+            epsilon: Some(1e-4),
             ..RenderSettings::default()
         };
         let frame = frame_uniforms(&settings, &camera, &program, None, FOCUS);

@@ -95,6 +95,14 @@ shared_struct! {
         has_ground: u32,
         /// A `DESCENT_…`: where look-ups in an octree start.
         descent: u32,
+        /// The distance below which a ray through the field hits, per length of the ray, if that is more than `epsilon`.
+        close_slope: f32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
         /// The sun's light: irradiance divided by π / 2.
         sun_light: [f32; 3],
         /// The factor of all light.

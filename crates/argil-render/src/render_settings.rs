@@ -67,7 +67,8 @@ pub struct RenderSettings {
     pub mode: RenderMode,
     /// Maximum steps of a primary ray.
     pub max_steps: u32,
-    /// Distance at which a ray counts as a hit. If `None`, 1e-4 of the scene's radius, or 0.02 voxels of a volume.
+    /// Distance at which a ray counts as a hit. If `None`, 1e-4 of the scene's radius, and for the field a tenth of a pixel if that
+    /// is more, or 0.02 voxels of a volume.
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference. If `None`, 5e-4 of the scene's radius, or a voxel of a
     /// volume.
@@ -103,6 +104,9 @@ impl Default for RenderSettings {
         }
     }
 }
+
+/// The part of a pixel within which a ray through the field counts as a hit.
+const CLOSE_PIXELS: f32 = 0.1;
 
 /// Voxels around a volume's solid where rays start, so that the stored distance is not yet negative.
 const MARGIN_VOXELS: f32 = 2.0;
@@ -149,6 +153,8 @@ pub fn frame_uniforms(
         .map(|c| c.distance(camera.eye))
         .into_iter()
         .fold(0.0, f32::max);
+    let pixel_width = 2.0 * half_height / height as f32;
+    let is_close = settings.epsilon.is_none() && voxel_grid.is_none();
     let samples = settings.samples.clamp(1, 64);
     (0..samples)
         .map(|sample| {
@@ -176,7 +182,12 @@ pub fn frame_uniforms(
                 far: 60.0 * radius,
                 depth_near: focus.distance(camera.eye),
                 depth_far,
-                pixel_width: 2.0 * half_height / height as f32,
+                pixel_width,
+                close_slope: if is_close {
+                    CLOSE_PIXELS * pixel_width
+                } else {
+                    0.0
+                },
                 first_step: 0,
                 step_count: settings.max_steps,
                 light_offset: lift,

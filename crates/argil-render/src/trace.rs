@@ -128,7 +128,13 @@ fn step(
         // The spheres no longer touch: return to the end of the last one.
         let too_far = (over[i] > 0.0) & (way < over[i]);
         // A ray that grazes the surface may run out of steps within a pixel of it.
-        let near = (gap < frame.epsilon) | (spent & (gap < frame.pixel_width * t[i]));
+        let close = frame.close_slope * t[i];
+        let close = if close > frame.epsilon {
+            close
+        } else {
+            frame.epsilon
+        };
+        let near = (gap < close) | (spent & (gap < frame.pixel_width * t[i]));
         let arrives = !too_far & near;
         // Along a plane, spheres still touch with this additional distance between their centers.
         let (before, fell) = (last_way[i], last_gap[i] - gap);

@@ -357,6 +357,7 @@ fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes)
 fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut RayLanes) -> bool {
     let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
     let (pixel, max_steps) = (frame.pixel_width, frame.max_steps);
+    let close_slope = frame.close_slope;
     let mut any = 0u32;
     for k in 0..RAYS / STRETCH {
         let goes = &lanes.goes.as_chunks::<STRETCH>().0[k];
@@ -384,7 +385,9 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let way = gap * scale;
             let too_far = (over[i] > 0.0) & (way < over[i]);
             // A ray that grazes the surface may run out of steps within a pixel of it.
-            let arrives = !too_far & ((gap < epsilon) | (spent & (gap < pixel * t[i])));
+            let close = close_slope * t[i];
+            let close = if close > epsilon { close } else { epsilon };
+            let arrives = !too_far & ((gap < close) | (spent & (gap < pixel * t[i])));
             // Along a plane, spheres still touch with this additional distance between their centers.
             let (before, fell) = (last_way[i], last_gap[i] - gap);
             let fell = if fell > 0.0 { fell } else { 0.0 };
