@@ -23,7 +23,7 @@ use argil_abi::FrameUniform;
 use argil_field::Program;
 use argil_gpu::{Gpu, GpuProgram};
 use argil_math::{Aabb, Ray};
-use argil_scene::{Brush, NodeId, Scene, Shape};
+use argil_scene::{Brush, Group, NodeId, Scene, Shape};
 use argil_volume::{SampleFormat, Texels, VoxelGrid};
 use glam::Vec3;
 use std::sync::Arc;
@@ -150,6 +150,19 @@ pub fn universal() -> Scene {
     for case in all_cases() {
         for &child in case.scene.node(Scene::ROOT).children() {
             copy(&case.scene, child, &mut scene, Scene::ROOT);
+        }
+    }
+    scene
+}
+
+/// Returns one scene of some cases, each in a group of its own, beside each other.
+pub fn side_by_side(cases: &[SceneCase]) -> Scene {
+    let mut scene = Scene::new();
+    for (nth, case) in (0u8..).zip(cases) {
+        let group = Group::new().at([1.5 * f32::from(nth), 0.0, 0.0]);
+        let group = push(&mut scene, Scene::ROOT, group);
+        for &child in case.scene.node(Scene::ROOT).children() {
+            copy(&case.scene, child, &mut scene, group);
         }
     }
     scene

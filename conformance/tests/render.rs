@@ -115,7 +115,8 @@ fn gpu_pictures_are_the_cpus() {
     let scene = scene();
     let program = Program::lower(&scene).expect("valid");
     let gpu = gpu();
-    for specialized in [false, true] {
+    let as_hardware = Arc::new(Gpu::open().wait().expect("a device").as_hardware());
+    for (gpu, specialized) in [(&gpu, false), (&gpu, true), (&as_hardware, false)] {
         let field = GpuProgram::new(gpu.clone(), &program, specialized).expect("a field");
         for (show, eye) in [
             (RenderMode::Shaded, Vec3::new(1.6, 1.2, 2.2)),

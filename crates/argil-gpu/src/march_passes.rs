@@ -1,9 +1,10 @@
 //! The passes of marching cubes.
 
 use crate::bindings::{
-    Bind, CASES, CELLS, EDGE_ROWS, FIELD_BINDS, MARCHING, OWNERS, SPANS, STORED, TABLES_WGSL,
-    TRIANGLES, UNINDEXED, UNIT_GROUPS, UNITS, VERTICES, VOLUME,
+    Bind, CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, STORED, TRIANGLES, UNINDEXED,
+    UNIT_GROUPS, UNITS, VERTICES, VOLUME,
 };
+use crate::near_lists::field_tables;
 use crate::pass_module::{PassModule, Passes};
 use crate::resources::uniform_of;
 use crate::{GpuError, GpuProgram};
@@ -88,22 +89,25 @@ pub(crate) fn march_module(of_bricks: bool) -> PassModule {
     PassModule::new(label, &source, binds, &[], &entry_points)
 }
 
-/// Describes the pass that moves vertices to the field's surface.
-pub(crate) fn project_module(field_wgsl: &str) -> PassModule {
+/// Describes the pass that moves vertices to the field's surface, by lists or not.
+pub(crate) fn project_module(field_wgsl: &str, by_lists: bool) -> PassModule {
+    let (mut binds, tables) = field_tables(by_lists);
     let source = [
         &argil_abi::wgsl(),
-        TABLES_WGSL,
+        &tables,
         OUT_WGSL,
         EXACT_WGSL,
         SPANS_WGSL,
         field_wgsl,
         wgsl::PROJECT_TO_FIELD,
     ];
-    let mut binds = FIELD_BINDS.to_vec();
     binds.push(Bind::Uniform(MARCHING));
     binds.extend([VERTICES, SPANS].map(Bind::Write));
-    let entry_points = ["project_to_field"];
-    PassModule::new("March::project", &source, binds, &[], &entry_points)
+    let label = match by_lists {
+        true => "March::project by lists",
+        false => "March::project",
+    };
+    PassModule::new(label, &source, binds, &[], &["project_to_field"])
 }
 
 /// Describes the pass that gives each triangle its own vertices.
@@ -118,7 +122,6 @@ pub(crate) fn unindex_module() -> PassModule {
 /// The passes for a program and a kind of volume.
 pub(crate) struct MarchPasses {
     pub(super) march: Passes,
-    pub(super) project: Passes,
     pub(super) unindex: Passes,
     pub(super) of_bricks: bool,
     pub(super) cases: wgpu::Buffer,
@@ -136,7 +139,6 @@ impl MarchPasses {
         })?;
         Ok(Self {
             march: Passes::new(gpu, march_module(of_bricks))?,
-            project: Passes::new(gpu, project_module(&field.field_wgsl()))?,
             unindex: Passes::new(gpu, unindex_module())?,
             of_bricks,
             cases,

@@ -5,10 +5,12 @@ use crate::bindings::{
     CASES, CELLS, EDGE_ROWS, MARCHING, OWNERS, SPANS, STORED, TRIANGLES, UNINDEXED, UNIT_GROUPS,
     UNITS, VERTICES, VOLUME, entry,
 };
-use crate::march_passes::MarchPasses;
+use crate::march_passes::{MarchPasses, project_module};
+use crate::pass_module::Passes;
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_table, uniform_for, uniform_of};
 use crate::storage_buffer::StorageBuffer;
+use crate::trace_mode::BoundResource;
 use crate::volume::ClipUpdate;
 use crate::{Gpu, GpuError, GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceOptions};
 use argil_abi::{self as abi, DenseUniform, MarchingUniform};
@@ -177,7 +179,7 @@ impl GpuVolume {
             }
         }
         if vertices > 0 && (options.project_to_field || options.normals == MeshNormals::Field) {
-            refine(field, &passes, &tables, &uniform, &marching, &mut recorder).await?;
+            refine(field, &tables, &uniform, &marching, &mut recorder).await?;
         }
         let mut drawn = MarchResult {
             out: tables.vertices,
@@ -386,27 +388,32 @@ async fn totals(gpu: &Gpu, groups: &StorageBuffer) -> Result<[u32; 3], GpuError>
 /// Moves vertices to the field's surface, or gives them its normals.
 async fn refine(
     field: &GpuProgram,
-    passes: &MarchPasses,
     tables: &MarchTables,
     uniform: &wgpu::Buffer,
     marching: &MarchingUniform,
     recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
+    let near = field.near_for(EVALUATIONS * u64::from(marching.vertices))?;
+    let by_lists = near.is_some();
+    let passes = field.passes(("project to field", u32::from(by_lists)), || {
+        Passes::new(gpu, project_module(&field.wgsl_by(by_lists), by_lists))
+    })?;
     let bind_group = gpu.with_error_scope(|| {
         let mut entries: Vec<_> = field.table_bindings().collect();
+        entries.extend(near.iter().flatten().map(BoundResource::entry));
         entries.push(entry(MARCHING, uniform));
         entries.extend(tables.vertices.binding(VERTICES));
         entries.extend(tables.spans.binding(SPANS));
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("March::project_to_field"),
-            layout: &passes.project.layout,
+            layout: &passes.layout,
             entries: &entries,
         })
     })?;
     let work = EVALUATIONS * field.length() as u64;
     let chunk = (WORK_PER_DISPATCH / work).clamp(64, u64::from(u32::MAX)) as u32;
-    let project = passes.project.get(gpu, "project_to_field")?;
+    let project = passes.get(gpu, "project_to_field")?;
     for first_vertex in (0..marching.vertices).step_by(chunk as usize) {
         let marching = MarchingUniform {
             first_vertex,

@@ -11,6 +11,8 @@ use argil_field::Program;
 
 /// Shorter programs are evaluated whole.
 const SHORT: usize = 8;
+/// As many instructions take longer than what compiles and makes lists.
+const MUCH: u64 = 1 << 24;
 /// Words reserved for the lists of a part, for those of a block per instruction, and at most for all.
 const PART_WORDS: u64 = 32;
 const BLOCK_WORDS: u64 = 2;
@@ -34,12 +36,22 @@ const WRITE_WGSL: &str = "
 @group(0) @binding(BIND_COUNTERS) var<storage, read_write> counters: array<atomic<u32>>;
 ";
 
-/// The bindings of what reads lists.
+/// The bindings of what reads lists, for trace modes.
 pub(crate) const NEAR_BINDS: [Bind; 2] = [Bind::Read(LISTS), Bind::Uniform(PRUNE)];
 
 /// Returns the WGSL of these.
 pub(crate) fn near_tables() -> String {
     READ_WGSL.to_owned()
+}
+
+/// Returns the bindings and the WGSL of what evaluates the field, by lists or not.
+pub(crate) fn field_tables(by_lists: bool) -> (Vec<Bind>, String) {
+    let (mut binds, mut wgsl) = (FIELD_BINDS.to_vec(), TABLES_WGSL.to_owned());
+    if by_lists {
+        binds.extend(NEAR_BINDS);
+        wgsl += READ_WGSL;
+    }
+    (binds, wgsl)
 }
 
 /// The lists of a program.
@@ -80,6 +92,12 @@ impl NearLists {
     /// Returns the bytes on the device.
     pub(crate) fn bytes(&self) -> u64 {
         self.lists.size() + self.counters.size()
+    }
+
+    /// Whether some evaluations are faster by lists, with the time to make them.
+    pub(crate) fn pays_for(&self, evaluations: u64) -> bool {
+        let work = |&(_, length): &(NearUniform, usize)| evaluations.saturating_mul(length as u64);
+        self.are_made || self.grid.as_ref().is_some_and(|grid| work(grid) >= MUCH)
     }
 
     /// Makes the lists, unless they are made. Returns what is bound of them, or `None` if the program is evaluated whole.
@@ -129,10 +147,7 @@ impl NearLists {
     fn make(&self, field: &GpuProgram, grid: &NearUniform, length: u64) -> Result<(), GpuError> {
         let gpu = field.gpu();
         let passes = field.passes("lists of parts", || {
-            Passes::new(
-                gpu,
-                near_lists_module(&field.interpreter().near_lists_wgsl()),
-            )
+            Passes::new(gpu, near_lists_module(&field.near_lists_wgsl()))
         })?;
         let blocks = blocks_of(grid);
         let mut stages = Vec::new();

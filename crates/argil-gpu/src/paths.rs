@@ -59,7 +59,7 @@ impl GpuProgram {
         let has_glass = work.program.has_glass();
         let gpu = self.gpu();
         let passes = self.passes(mode.name, || {
-            Passes::new(gpu, path_module(&self.wgsl_for(way), way, mode))
+            Passes::new(gpu, path_module(&self.wgsl_by(way.by_lists), way, mode))
         })?;
         let mut uniform = work.tables.uniform;
         let extras = work.program.material_extras();

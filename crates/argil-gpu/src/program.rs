@@ -1,3 +1,5 @@
+mod budget;
+
 use crate::bindings::{INSTRS, LISTS, MATERIALS, PARAMS};
 use crate::cache::{Cache, PassKey};
 use crate::near_lists::NearLists;
@@ -167,51 +169,6 @@ impl GpuProgram {
         self.specialized_wgsl.is_some()
     }
 
-    /// Notes how long an evaluation is. On hardware, only the image's size limits how many a thread may do.
-    fn set_iterations(&mut self, iterations: u64) {
-        self.iterations = iterations.max(1);
-        self.budget = u32::MAX;
-        if self.gpu.info().kind == DeviceKind::Software {
-            // Every instruction executes the cases with noise and with searches, whose loops take a round each.
-            let opcodes = self.interpreter.opcodes();
-            let noise = opcodes.contains(argil_abi::OP_DISPLACE);
-            let mut searches = argil_abi::OP_FIRST_ITERATIVE..argil_abi::OP_SHAPES_END;
-            let searches = searches.any(|op| opcodes.contains(op));
-            self.iterations *= 1 + u64::from(noise) + u64::from(searches);
-            let budget = SOFTWARE_ITERATIONS / (self.iterations + 1);
-            self.budget = (budget as u32).max(1);
-        }
-    }
-
-    /// Checks that the device can evaluate the field. Rays through levels of detail do not.
-    ///
-    /// # Errors
-    /// If this is a software device, and it would cut the program's loops short.
-    pub(crate) fn check_length(&self) -> Result<(), GpuError> {
-        if u64::from(self.budget) >= MIN_BUDGET {
-            return Ok(());
-        }
-        Err(self.too_long(MIN_BUDGET))
-    }
-
-    /// Checks that a pass can evaluate the field as often as needed.
-    pub(crate) fn check_evaluations(&self, needed: u64) -> Result<(), GpuError> {
-        let is_software = self.gpu.info().kind == DeviceKind::Software;
-        if !is_software || u64::from(self.budget) >= needed {
-            return Ok(());
-        }
-        Err(self.too_long(needed))
-    }
-
-    /// Returns the error of a pass that evaluates the field too often.
-    fn too_long(&self, evaluations: u64) -> GpuError {
-        GpuError::TooLong {
-            name: self.gpu.info().name.clone(),
-            iterations: self.iterations,
-            limit: SOFTWARE_ITERATIONS / evaluations,
-        }
-    }
-
     /// Returns passes that evaluate the field, and creates them when first asked for.
     pub(crate) fn passes<T: Any + Send + Sync>(
         &self,
@@ -287,15 +244,29 @@ impl GpuProgram {
         self.interpreter.pruning_wgsl()
     }
 
-    /// Returns the interpreter.
-    pub(crate) fn interpreter(&self) -> Interpreter {
-        self.interpreter
+    /// Returns the WGSL that evaluates the field, each point by the list of its part or by the whole program.
+    pub(crate) fn wgsl_by(&self, by_lists: bool) -> Cow<'_, str> {
+        match by_lists {
+            true => self.interpreter.near_wgsl().into(),
+            false => self.field_wgsl(),
+        }
     }
 
-    /// Returns what is bound of the program's lists, or `None` if frames and paths evaluate the program whole.
-    pub(crate) fn near(&self) -> Result<Option<Vec<BoundResource>>, GpuError> {
+    /// Returns the WGSL that makes these lists.
+    pub(crate) fn near_lists_wgsl(&self) -> String {
+        self.interpreter.near_lists_wgsl()
+    }
+
+    /// Returns what is bound of the program's lists for some evaluations, or `None` if they evaluate the program whole.
+    pub(crate) fn near_for(
+        &self,
+        evaluations: u64,
+    ) -> Result<Option<Vec<BoundResource>>, GpuError> {
         let mut near = self.near.lock().unwrap_or_else(PoisonError::into_inner);
-        near.bound(self)
+        match near.pays_for(evaluations) {
+            true => near.bound(self),
+            false => Ok(None),
+        }
     }
 
     /// Returns the WGSL that evaluates three points of a column at once, if any shape of the program is common.
@@ -393,12 +364,6 @@ fn joined(stretches: &[(u32, u32)]) -> Vec<(u32, u32)> {
     });
     all
 }
-
-/// lavapipe silently ends all loops of a thread after 65,535 iterations, and the passes' own loops need some.
-const SOFTWARE_ITERATIONS: u64 = 60_000;
-
-/// Evaluations that the longest pass does at once: six for a normal, or a material and five taps for light.
-const MIN_BUDGET: u64 = 7;
 
 pub(crate) fn check_depth(program: &Program) -> Result<(), GpuError> {
     let (values, points) = program.stack_slots();

@@ -1,5 +1,5 @@
-use crate::bindings::{ANSWERS, Bind, FIELD_BINDS, QUERIES, QUERY_WGSL, TABLES_WGSL};
-use crate::near_lists::{NEAR_BINDS, near_tables};
+use crate::bindings::{ANSWERS, Bind, QUERIES, QUERY_WGSL};
+use crate::near_lists::field_tables;
 use crate::pass_module::{PassModule, Passes};
 use crate::storage_buffer::StorageBuffer;
 use crate::trace_mode::BoundResource;
@@ -9,12 +9,10 @@ use argil_abi::{QueryPoint, QueryResult};
 /// Points per workgroup, and workgroups in a row of a dispatch.
 pub(super) const GROUP: u32 = 64;
 const ROW: u32 = 32_768;
-/// As many points are worth lists for the parts of a grid.
-const MANY: usize = 4096;
 
 impl GpuProgram {
-    /// Evaluates the field at points: distances and materials. The pass is compiled when first used. With 4,096 points or more,
-    /// each runs only the instructions that can matter near it, and gets the same bits.
+    /// Evaluates the field at points: distances and materials. The pass is compiled when first used. Each of many
+    /// points runs only the instructions that can matter near it, and gets the same distance, to the bit on a software device.
     ///
     /// # Errors
     /// If the device fails.
@@ -23,19 +21,11 @@ impl GpuProgram {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let near = match points.len() >= MANY {
-            true => self.near()?,
-            false => None,
-        };
-        let passes = match near {
-            Some(_) => self.passes("query by lists", || {
-                let near_wgsl = self.interpreter().near_wgsl();
-                Passes::new(gpu, query_module(&near_wgsl, true))
-            }),
-            None => self.passes("query", || {
-                Passes::new(gpu, query_module(&self.field_wgsl(), false))
-            }),
-        }?;
+        let near = self.near_for(points.len() as u64)?;
+        let by_lists = near.is_some();
+        let passes = self.passes(("query", u32::from(by_lists)), || {
+            Passes::new(gpu, query_module(&self.wgsl_by(by_lists), by_lists))
+        })?;
         let pipeline = passes.get(gpu, "query")?;
         let queries: Vec<QueryPoint> = points
             .iter()
@@ -86,24 +76,15 @@ impl GpuProgram {
 
 /// Describes the pass that evaluates the field at points, by lists or not.
 pub(crate) fn query_module(field_wgsl: &str, by_lists: bool) -> PassModule {
-    let tables = if by_lists {
-        near_tables()
-    } else {
-        String::new()
-    };
+    let (mut binds, tables) = field_tables(by_lists);
     let source = [
         &argil_abi::wgsl(),
-        TABLES_WGSL,
         &tables,
         QUERY_WGSL,
         field_wgsl,
         include_str!("query.wgsl"),
     ];
-    let mut binds = FIELD_BINDS.to_vec();
     binds.extend([Bind::Read(QUERIES), Bind::Write(ANSWERS)]);
-    if by_lists {
-        binds.extend(NEAR_BINDS);
-    }
     let label = if by_lists { "Query by lists" } else { "Query" };
     PassModule::new(label, &source, binds, &[], &["query"])
 }

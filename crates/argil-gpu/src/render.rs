@@ -18,7 +18,6 @@ use crate::trace_mode::{BoundResource, PathMode, TraceMode};
 use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
 use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
-use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Maximum steps of a ray through a volume on a software device, which ends a thread's loops after 65,535 rounds.
@@ -65,18 +64,10 @@ impl GpuProgram {
     /// Returns how frames and paths evaluate the field, and what they bind for it.
     pub(crate) fn field_way(&self) -> Result<(&'static TraceMode, Vec<BoundResource>), GpuError> {
         self.check_length()?;
-        Ok(match self.near()? {
+        Ok(match self.near_for(u64::MAX)? {
             Some(bound) => (&NEAR_FIELD, bound),
             None => (&FIELD, Vec::new()),
         })
-    }
-
-    /// Returns the WGSL with which a trace mode evaluates the field.
-    pub(crate) fn wgsl_for(&self, way: &TraceMode) -> Cow<'_, str> {
-        match way.by_lists {
-            true => self.interpreter().near_wgsl().into(),
-            false => self.field_wgsl(),
-        }
     }
 
     /// Returns the passes of a trace mode. Each is compiled when it first runs.
@@ -86,7 +77,7 @@ impl GpuProgram {
         more: MoreLight,
     ) -> Result<Arc<RenderPasses>, GpuError> {
         let has_more = more.is_any();
-        let make = || RenderPasses::new(self.gpu(), &self.wgsl_for(way), way, has_more);
+        let make = || RenderPasses::new(self.gpu(), &self.wgsl_by(way.by_lists), way, has_more);
         let name = if has_more { way.more_name } else { way.name };
         if way.has_cones {
             return self.plain_passes(name, make);

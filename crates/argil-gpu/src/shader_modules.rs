@@ -74,7 +74,7 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
     let interpreter = Interpreter::full(program)
         .with_subgroups(true)
         .with_turns(true);
-    let field = interpreter.wgsl();
+    let (field, near) = (interpreter.wgsl(), interpreter.near_wgsl());
     let texels = TexelFormat::Plain(SampleFormat::Snorm8);
     // What every hardware device can do.
     let side = tile_side_within(256, dense::TILE);
@@ -90,14 +90,14 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
         octree::tree_module(),
         march_module(true),
         march_module(false),
-        project_module(&field),
+        project_module(&field, false),
+        project_module(&near, true),
         unindex_module(),
         query_module(&field, false),
-        query_module(&interpreter.near_wgsl(), true),
+        query_module(&near, true),
         resolve_module(),
     ]);
     let [flat, wide] = brick_ways();
-    let near = interpreter.near_wgsl();
     all.push(near_lists_module(&interpreter.near_lists_wgsl()));
     let ways: [&TraceMode; 8] = [
         &FIELD,

@@ -24,7 +24,9 @@ fn project_to_field(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
     var d = 0.0;
     var n = vec3(0.0);
     // One call in a loop, because each call copies the code of the whole field.
-    for (var i = 0u; i < 7u; i++) {
+    let first = select(6u, 0u, marching.normals == MARCH_FIELD);
+    let end = select(6u, 7u, marching.is_moved != 0u);
+    for (var i = first; i < end; i++) {
         let axis = vec3(f32(i / 2u == 0u), f32(i / 2u == 1u), f32(i / 2u == 2u));
         let sign = 1.0 - 2.0 * f32(i & 1u);
         let found = field_distance(p + axis * (h * sign));
