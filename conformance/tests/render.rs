@@ -6,7 +6,7 @@ use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
-use argil_gpu::GpuProgram;
+use argil_gpu::{Gpu, GpuProgram};
 use argil_math::Aabb;
 use argil_render::{
     Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, UnprunedField, frame_uniforms,
@@ -14,6 +14,7 @@ use argil_render::{
 };
 use argil_scene::{Brush, Group, Material, Modifier, Scene, Shape};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Returns a scene with thin rods, a blend, a subtraction, a twist and two materials.
 fn scene() -> Scene {

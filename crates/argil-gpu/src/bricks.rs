@@ -97,6 +97,9 @@ static FLAT: TraceMode = way!("bricks", &[("HAS_LEVELS", 0.0)]);
 /// For a world so wide that its block table has node levels.
 static WIDE: TraceMode = way!("wide bricks", &[]);
 
+/// Mixed bricks for which there is room, besides a quarter of all. What a build does not need is freed.
+const MIXED_ROOM: u64 = 4096;
+
 /// Returns how bricks are traced, without and with node levels.
 pub(crate) fn brick_ways() -> [&'static TraceMode; 2] {
     [&FLAT, &WIDE]
@@ -245,15 +248,19 @@ impl GpuVolume {
     ) -> Result<(Self, StageTimings), GpuError> {
         let budget = budget.unwrap_or(u64::MAX);
         let mut build = BrickBuilder::new(field, program, measures, budget, control)?;
-        let guess = build.guess();
+        let (cells, mut stages) = build.count(control).await?;
         // Only a program of several materials has mixed bricks.
         let mixes = program.materials().len() > 1;
-        let mixed_for = |room: u64| if mixes { room / 4 + 16 } else { 0 };
+        let mixed_for = |room: u64| match mixes {
+            true => room.min(room / 4 + MIXED_ROOM),
+            false => 0,
+        };
         let needed = |build: &BrickBuilder<'_>, room: u64, mixed: u64| -> Result<u64, GpuError> {
             let pool = pool_for(field.gpu(), &measures, room)?;
             Ok(bytes_of(field.gpu(), &measures, build.cells(), pool, mixed))
         };
-        let mut room = guess;
+        // Few cells near the surface need no brick.
+        let mut room = cells;
         while room > 1 && needed(&build, room, mixed_for(room))? > budget {
             room = room * 7 / 8;
         }
@@ -270,7 +277,6 @@ impl GpuVolume {
             })
         };
         check(&build, room, mixed_room.min(1))?;
-        let mut stages = StageTimings::new();
         loop {
             let (texture, took) = build.run(room, mixed_room, control).await?;
             add(&mut stages, &took);

@@ -323,7 +323,9 @@ mod tests {
     #[test]
     fn frames_of_a_size_share_their_buffers() {
         let mut scene = Scene::new();
-        scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        for _ in 0..20 {
+            scene.push(Brush::new(Shape::sphere(0.5))).expect("a brush");
+        }
         let program = Program::lower(&scene).expect("a program");
         let gpu = Arc::new(pollster::block_on(Gpu::open()).expect("a device"));
         let mut field = GpuProgram::new(gpu, &program, false).expect("a field");
@@ -337,7 +339,7 @@ mod tests {
             let drawn = pollster::block_on(field.render(&all, false));
             drawn.expect("a picture").0
         };
-        let passes = field.picture(&FIELD, MoreLight::default()).expect("passes");
+        let passes = field.picture(&NEAR_FIELD, MoreLight::default()).expect("passes");
         let kept = || {
             let target = passes.take().expect("a frame before");
             let buffers = target.buffers();

@@ -6,14 +6,14 @@ use super::light::GpuLight;
 
 use super::build_tables::{BrickTargets, EditScratch};
 use super::list_arena::BlockTables;
-use super::passes::{BuildParams, check, chunks, encode_build};
+use super::passes::{BoundBuild, BuildParams, check, chunks};
 use super::pool_accounting::PoolAccounting;
 use super::tables::{BrickTables, PLACES, pool_for, pool_texture};
 use crate::pass_recorder::PassRecorder;
 use crate::program::NOP;
 use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram, GpuVolume, StageTimings};
-use argil_abi::{self as abi, BrickBuildUniform, BrickUniform};
+use argil_abi::{self as abi, BrickBuildUniform, BrickUniform, PruneUniform};
 use argil_field::Program;
 use argil_math::Control;
 use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
@@ -21,8 +21,6 @@ use argil_volume::{BLOCK_SIDE, BlockPlan, BlockTable, BrickLayout, FAR_SLOTS};
 /// Maximum blocks per run, and instructions of their lists, because its tables have limits.
 const MAX_BLOCKS: usize = 4096;
 const MAX_INSTRUCTIONS: usize = 1 << 20;
-/// Typical bricks per block, with more room than a surface needs.
-const BRICKS_PER_BLOCK: u64 = 16;
 
 /// The tables of a build.
 pub(super) struct BrickBuilder<'a> {
@@ -37,6 +35,8 @@ pub(super) struct BrickBuilder<'a> {
     cells: GpuCellTable,
     materials: StorageBuffer,
     accounting: PoolAccounting,
+    /// The only run, if its cells near the surface are found and not sampled yet.
+    measured: Option<PruneUniform>,
 }
 
 impl<'a> BrickBuilder<'a> {
@@ -91,6 +91,7 @@ impl<'a> BrickBuilder<'a> {
             cells: GpuCellTable::new(gpu, table, layout.far_length(), None)?,
             materials: StorageBuffer::new("bricks' materials"),
             accounting: PoolAccounting::new(gpu, 0, 0)?,
+            measured: None,
         })
     }
 
@@ -99,10 +100,32 @@ impl<'a> BrickBuilder<'a> {
         &self.cells
     }
 
-    /// Returns an estimate of the number of bricks, or more.
-    pub(super) fn guess(&self) -> u64 {
-        let blocks: u64 = self.runs.iter().map(|run| run.slots.len() as u64).sum();
-        BRICKS_PER_BLOCK * blocks + 64
+    /// Returns the number of cells near the surface: as many bricks as there can be.
+    pub(super) async fn count(
+        &mut self,
+        control: &Control,
+    ) -> Result<(u64, StageTimings), GpuError> {
+        let gpu = self.field.gpu();
+        let (mode, counter) = match self.runs.len() {
+            1 => (abi::BUILD_BLOCKS, abi::COUNTER_CANDIDATES),
+            _ => (abi::BUILD_COUNT_ONLY, abi::COUNTER_BRICKS),
+        };
+        // Nothing is sampled.
+        let texture = pool_texture(gpu, &self.layout, self.pool)?;
+        self.materials.reserve_exact(gpu, 4)?;
+        let mut recorder = PassRecorder::new(gpu)?;
+        let mut cells = 0;
+        for nth in 0..self.runs.len() {
+            if control.is_cancelled() {
+                return Err(GpuError::Cancelled);
+            }
+            let prune = self.upload(nth, mode)?;
+            self.submit(nth, prune, &texture, [true, false], &mut recorder)
+                .await?;
+            cells += self.accounting.read(gpu).await?.get(counter);
+            self.measured = (mode == abi::BUILD_BLOCKS).then_some(prune);
+        }
+        Ok((cells, recorder.finish().await?))
     }
 
     /// Builds into a pool with room for a number of bricks.
@@ -116,11 +139,15 @@ impl<'a> BrickBuilder<'a> {
         self.pool = pool_for(gpu, &self.layout, room)?;
         self.mixed_room = mixed_room;
         let texture = pool_texture(gpu, &self.layout, self.pool)?;
-        let capacity: u32 = self.pool.iter().product();
-        let bytes = 4 * u64::from(capacity) + 8 * PLACES * mixed_room;
+        let capacity: u64 = self.pool.map(u64::from).iter().product();
+        let bytes = 4 * capacity + 8 * PLACES * mixed_room;
         self.materials.reserve_exact(gpu, bytes)?;
-        self.accounting = PoolAccounting::new(gpu, 0, 0)?;
-        self.cells.clear(gpu);
+        let measured = self.measured.take();
+        if measured.is_none() {
+            self.accounting = PoolAccounting::new(gpu, 0, 0)?;
+            self.cells.clear(gpu);
+        }
+        self.accounting.reserve_stack(gpu, capacity + mixed_room)?;
         gpu.with_error_scope(|| {
             let mut encoder = gpu
                 .device
@@ -133,52 +160,84 @@ impl<'a> BrickBuilder<'a> {
         let mut recorder = PassRecorder::new(gpu)?;
         let blocks = self.runs.iter().map(|run| run.slots.len() as u64);
         control.begin("blocks", blocks.sum());
-        for run in &self.runs {
+        for nth in 0..self.runs.len() {
             if control.is_cancelled() {
                 return Err(GpuError::Cancelled);
             }
-            control.advance(run.slots.len() as u64);
-            let instructions = if run.instructions.is_empty() {
-                NOP
-            } else {
-                &run.instructions
+            control.advance(self.runs[nth].slots.len() as u64);
+            let prune = match measured {
+                Some(prune) => prune,
+                None => self.upload(nth, abi::BUILD_BLOCKS)?,
             };
-            self.instructions.write(gpu, instructions)?;
-            let lists = &mut self.scratch.lists;
-            let prune = run.write(gpu, lists, self.program, &self.layout)?;
-            self.scratch.reserve_candidates(gpu, prune.count)?;
-            let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
-            let words = BrickBuildUniform {
-                chunk,
-                chunks: chunks.max(1),
-                pool_x: self.pool[0],
-                pool_y: self.pool[1],
-                capacity,
-                mixed: mixed_room as u32,
-                table: self.cells.described(),
-                ..self.layout.build_uniform(self.program)
-            };
-            let order = BuildParams {
-                words,
-                fill: self.layout.encoding().fill_uniform(
-                    self.program,
-                    self.layout.voxel_grid(),
-                    0,
-                ),
-                prune,
-                instructions: &self.instructions,
-                length: run.instructions.len(),
-                mixes: self.program.materials().len() > 1,
-            };
-            let site = BrickTargets {
-                texture: &texture,
-                cells: &self.cells.buffer,
-                materials: &self.materials,
-                counters: &self.accounting.counters,
-            };
-            encode_build(self.field, &mut self.scratch, &site, &order, &mut recorder).await?;
+            let parts = [measured.is_none(), true];
+            self.submit(nth, prune, &texture, parts, &mut recorder)
+                .await?;
         }
         Ok((texture, recorder.finish().await?))
+    }
+
+    /// Uploads the blocks of a run, and their programs.
+    fn upload(&mut self, nth: usize, build_mode: u32) -> Result<PruneUniform, GpuError> {
+        let (gpu, run) = (self.field.gpu(), &self.runs[nth]);
+        let instructions = if run.instructions.is_empty() {
+            NOP
+        } else {
+            &run.instructions
+        };
+        self.instructions.write(gpu, instructions)?;
+        let lists = &mut self.scratch.lists;
+        let prune = run.write(gpu, lists, self.program, &self.layout)?;
+        self.scratch.reserve_candidates(gpu, prune.count)?;
+        Ok(PruneUniform {
+            build_mode,
+            ..prune
+        })
+    }
+
+    /// Submits the passes of a run: those that find cells near the surface, and those that sample them.
+    async fn submit(
+        &mut self,
+        nth: usize,
+        prune: PruneUniform,
+        texture: &wgpu::Texture,
+        [measures, fills]: [bool; 2],
+        recorder: &mut PassRecorder<'_>,
+    ) -> Result<(), GpuError> {
+        let run = &self.runs[nth];
+        let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
+        let words = BrickBuildUniform {
+            chunk,
+            chunks: chunks.max(1),
+            pool_x: self.pool[0],
+            pool_y: self.pool[1],
+            capacity: self.pool.iter().product(),
+            mixed: self.mixed_room as u32,
+            table: self.cells.described(),
+            ..self.layout.build_uniform(self.program)
+        };
+        let encoding = self.layout.encoding();
+        let order = BuildParams {
+            words,
+            fill: encoding.fill_uniform(self.program, self.layout.voxel_grid(), 0),
+            prune,
+            instructions: &self.instructions,
+            length: run.instructions.len(),
+            mixes: self.program.materials().len() > 1,
+        };
+        let site = BrickTargets {
+            texture,
+            cells: &self.cells.buffer,
+            materials: &self.materials,
+            counters: &self.accounting.counters,
+        };
+        let build = BoundBuild::new(self.field, &mut self.scratch, &site, &order)?;
+        if measures {
+            build.measure(&self.scratch, &order, recorder).await?;
+        }
+        if fills {
+            build.fill(&self.scratch, &order, recorder).await?;
+        }
+        Ok(())
     }
 
     /// Returns how many bricks the build needed, and how many of them are mixed.
@@ -194,7 +253,7 @@ impl<'a> BrickBuilder<'a> {
         bricks <= capacity && mixed <= self.mixed_room
     }
 
-    /// Returns the result, without unused space.
+    /// Returns the result, with little unused space.
     pub(super) fn finish(
         self,
         texture: &wgpu::Texture,
@@ -213,7 +272,7 @@ impl<'a> BrickBuilder<'a> {
             light: GpuLight::new(self.field.gpu())?,
             uniform: BrickUniform::default(),
         };
-        let texture = tables.fit(self.field, texture, count, mixed)?;
+        let texture = tables.fit_closely(self.field, texture, count, mixed)?;
         volume_of(self.field, texture, tables)
     }
 }

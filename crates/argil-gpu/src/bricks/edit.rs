@@ -8,7 +8,7 @@
 use super::build_tables::{BrickTargets, BuildTables};
 use super::cells::GpuCellTable;
 use super::list_arena::BlockTables;
-use super::passes::{BuildParams, check, chunks, encode_build};
+use super::passes::{BoundBuild, BuildParams, check, chunks};
 use super::tables::BrickTables;
 use crate::pass_recorder::PassRecorder;
 use crate::program::NOP;
@@ -254,13 +254,12 @@ impl EditRun<'_> {
             counters: &tables.accounting.counters,
         };
         let mut recorder = PassRecorder::untimed(self.field.gpu());
-        encode_build(
-            self.field,
-            &mut making.scratch,
-            &site,
-            &order,
-            &mut recorder,
-        )
-        .await
+        let scratch = &mut making.scratch;
+        let build = BoundBuild::new(self.field, scratch, &site, &order)?;
+        build.measure(scratch, &order, &mut recorder).await?;
+        if prune.build_mode == abi::BUILD_COUNT_ONLY {
+            return Ok(());
+        }
+        build.fill(scratch, &order, &mut recorder).await
     }
 }

@@ -293,89 +293,122 @@ fn groups_of(
     })
 }
 
-/// Submits all passes of a build.
-pub(super) async fn encode_build(
-    field: &GpuProgram,
-    scratch: &mut EditScratch,
-    site: &BrickTargets<'_>,
-    order: &BuildParams<'_>,
-    recorder: &mut PassRecorder<'_>,
-) -> Result<(), GpuError> {
-    let gpu = field.gpu();
-    let last = &order.prune;
-    let bits = TexelFormat::of(site.texture.format()).bits();
-    let passes = BrickPasses::of(field, bits, order.words.brick_size_voxels)?;
-    let build = |name| passes.build.get(gpu, name);
-    scratch.reserve_arguments(gpu, order.words.chunks)?;
-    gpu.queue
-        .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
-    let bound = groups_of(field, scratch, site, order, &passes)?;
-    let bind_group = &bound.build;
-    gpu.queue
-        .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(last));
-    scratch.clear_candidates(gpu, last)?;
-    let groups = rows((order.length as u32).div_ceil(64).max(1));
-    recorder
-        .pass("prune", build("begin_lists")?, bind_group, groups)
-        .await?;
-    recorder
-        .pass("measure", build("measure")?, bind_group, rows(last.count))
-        .await?;
-    if last.build_mode == abi::BUILD_COUNT_ONLY {
-        return Ok(());
-    }
-    let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
-    recorder
-        .pass(
-            "measure",
-            passes.plan.get(gpu, "plan")?,
-            &bound.plan,
-            groups,
-        )
-        .await?;
-    let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect) else {
-        return Err(GpuError::Lost("no buffer".into()));
-    };
-    gpu.with_error_scope(|| {
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let bytes = ARGUMENT_BYTES * u64::from(order.words.chunks);
-        encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
-        gpu.submit(encoder);
-    })?;
-    recorder
-        .pass("prune", build("prune_cells")?, bind_group, rows(last.count))
-        .await?;
-    for chunk in 0..order.words.chunks {
-        let fill = FillUniform {
-            first_layer: chunk * order.words.chunk,
-            ..order.fill
-        };
+/// A build with its bindings.
+pub(super) struct BoundBuild<'a> {
+    field: &'a GpuProgram,
+    passes: Arc<BrickPasses>,
+    bound: BuildGroups,
+}
+
+impl<'a> BoundBuild<'a> {
+    /// Uploads what to build, and binds it.
+    pub(super) fn new(
+        field: &'a GpuProgram,
+        scratch: &mut EditScratch,
+        site: &BrickTargets<'_>,
+        order: &BuildParams<'_>,
+    ) -> Result<Self, GpuError> {
+        let gpu = field.gpu();
+        let bits = TexelFormat::of(site.texture.format()).bits();
+        let passes = BrickPasses::of(field, bits, order.words.brick_size_voxels)?;
+        scratch.reserve_arguments(gpu, order.words.chunks)?;
         gpu.queue
-            .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
-        let groups = DispatchSize::Indirect(indirect, ARGUMENT_BYTES * u64::from(chunk));
-        recorder
-            .pass("fill", build("fill_bricks")?, bind_group, groups)
-            .await?;
-        if let (Some(columns), Some(group)) = (&passes.columns, &bound.columns) {
-            recorder
-                .pass("fill", columns.get(gpu, "fill_columns")?, group, groups)
-                .await?;
-        }
-        if order.mixes {
-            recorder
-                .pass("materials", build("fill_materials")?, bind_group, groups)
-                .await?;
-        }
+            .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
+        gpu.queue
+            .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(&order.prune));
+        let bound = groups_of(field, scratch, site, order, &passes)?;
+        Ok(Self {
+            field,
+            passes,
+            bound,
+        })
     }
-    let groups = rows(last.count.div_ceil(64));
-    recorder
-        .pass("release", build("mark_empty_blocks")?, bind_group, groups)
-        .await?;
-    let groups = DispatchSize::Direct([1, 1, 1]);
-    recorder
-        .pass("release", build("release_freed")?, bind_group, groups)
-        .await?;
-    Ok(())
+
+    /// Submits the passes that find the cells near the surface.
+    pub(super) async fn measure(
+        &self,
+        scratch: &EditScratch,
+        order: &BuildParams<'_>,
+        recorder: &mut PassRecorder<'_>,
+    ) -> Result<(), GpuError> {
+        let gpu = self.field.gpu();
+        let build = |name| self.passes.build.get(gpu, name);
+        let bind_group = &self.bound.build;
+        scratch.clear_candidates(gpu, &order.prune)?;
+        let groups = rows((order.length as u32).div_ceil(64).max(1));
+        recorder
+            .pass("prune", build("begin_lists")?, bind_group, groups)
+            .await?;
+        let groups = rows(order.prune.count);
+        recorder
+            .pass("measure", build("measure")?, bind_group, groups)
+            .await
+    }
+
+    /// Submits the passes that sample these cells.
+    pub(super) async fn fill(
+        &self,
+        scratch: &EditScratch,
+        order: &BuildParams<'_>,
+        recorder: &mut PassRecorder<'_>,
+    ) -> Result<(), GpuError> {
+        let (gpu, passes, bound) = (self.field.gpu(), &self.passes, &self.bound);
+        let build = |name| passes.build.get(gpu, name);
+        let (bind_group, last) = (&bound.build, &order.prune);
+        let groups = DispatchSize::Direct([order.words.chunks.div_ceil(64), 1, 1]);
+        recorder
+            .pass(
+                "measure",
+                passes.plan.get(gpu, "plan")?,
+                &bound.plan,
+                groups,
+            )
+            .await?;
+        let (Some(arguments), Some(indirect)) = (scratch.arguments.buffer(), &scratch.indirect)
+        else {
+            return Err(GpuError::Lost("no buffer".into()));
+        };
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let bytes = ARGUMENT_BYTES * u64::from(order.words.chunks);
+            encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
+            gpu.submit(encoder);
+        })?;
+        recorder
+            .pass("prune", build("prune_cells")?, bind_group, rows(last.count))
+            .await?;
+        for chunk in 0..order.words.chunks {
+            let fill = FillUniform {
+                first_layer: chunk * order.words.chunk,
+                ..order.fill
+            };
+            gpu.queue
+                .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
+            let groups = DispatchSize::Indirect(indirect, ARGUMENT_BYTES * u64::from(chunk));
+            recorder
+                .pass("fill", build("fill_bricks")?, bind_group, groups)
+                .await?;
+            if let (Some(columns), Some(group)) = (&passes.columns, &bound.columns) {
+                recorder
+                    .pass("fill", columns.get(gpu, "fill_columns")?, group, groups)
+                    .await?;
+            }
+            if order.mixes {
+                recorder
+                    .pass("materials", build("fill_materials")?, bind_group, groups)
+                    .await?;
+            }
+        }
+        let groups = rows(last.count.div_ceil(64));
+        recorder
+            .pass("release", build("mark_empty_blocks")?, bind_group, groups)
+            .await?;
+        let groups = DispatchSize::Direct([1, 1, 1]);
+        recorder
+            .pass("release", build("release_freed")?, bind_group, groups)
+            .await?;
+        Ok(())
+    }
 }

@@ -84,6 +84,33 @@ impl BrickTables {
         self.resize(field, texture, pool, mixed)
     }
 
+    /// Does the same if a new pool has much room that it does not need. Else only the materials of mixed bricks give up theirs.
+    pub(super) fn fit_closely(
+        &mut self,
+        field: &GpuProgram,
+        texture: &wgpu::Texture,
+        bricks: u64,
+        mixed: u64,
+    ) -> Result<wgpu::Texture, GpuError> {
+        let capacity: u64 = self.pool.map(u64::from).iter().product();
+        if capacity > with_headroom(bricks) {
+            return self.fit(field, texture, bricks, mixed);
+        }
+        let gpu = field.gpu();
+        let mut materials = StorageBuffer::new("bricks' materials");
+        let bytes = 4 * capacity + 8 * PLACES * mixed;
+        materials.reserve_exact(gpu, bytes)?;
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            if let (Some(from), Some(to)) = (self.materials.buffer(), materials.buffer()) {
+                encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
+            }
+            gpu.submit(encoder);
+        })?;
+        (self.materials, self.mixed) = (materials, mixed);
+        Ok(texture.clone())
+    }
+
     /// Moves everything to another pool, without gaps.
     fn resize(
         &mut self,

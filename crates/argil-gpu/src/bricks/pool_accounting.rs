@@ -92,6 +92,22 @@ impl PoolAccounting {
         })
     }
 
+    /// Makes room for a stack of free slots. The counters continue.
+    pub(super) fn reserve_stack(&mut self, gpu: &Gpu, slots: u64) -> Result<(), GpuError> {
+        let mut counters = StorageBuffer::new("counters");
+        let head = 4 * u64::from(abi::COUNTERS);
+        counters.reserve_exact(gpu, head + 4 * slots)?;
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            if let (Some(from), Some(to)) = (self.counters.buffer(), counters.buffer()) {
+                encoder.copy_buffer_to_buffer(from, 0, to, 0, head);
+            }
+            gpu.submit(encoder);
+        })?;
+        self.counters = counters;
+        Ok(())
+    }
+
     /// Downloads the current counters.
     pub(super) async fn read(&self, gpu: &Gpu) -> Result<BrickCounts, GpuError> {
         let bytes = 4 * u64::from(abi::COUNTERS);
