@@ -6,7 +6,7 @@ use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::resources::{read_level, texture, uniform_of, upload};
 use crate::texel_format::TexelFormat;
 use crate::tile_source::TileSource;
-use crate::trace_mode::{PathMode, TraceMode, VOLUME_BINDS};
+use crate::trace_mode::{BoundResource, PathMode, TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
@@ -140,10 +140,12 @@ impl GpuVolume {
         let texture = texture(gpu, &voxel_grid, encoding.format, levels)?;
         let side = tile_side(gpu, TILE);
         let texels = gpu.texels(encoding.format);
-        let tiles = field.tile_field(way == DenseFill::Tiled);
-        let key = tiles
-            .source
-            .name_of(["dense fill", "dense fill by columns"]);
+        let samples = voxel_grid.size.to_array().map(u64::from);
+        let tiles = field.tile_field(way == DenseFill::Tiled, samples.iter().product())?;
+        let key =
+            tiles
+                .source
+                .name_of(["dense fill", "dense fill by columns", "dense fill by lists"]);
         let passes = field.passes((key, texels.bits().bytes() as u32), || {
             Passes::new(gpu, fill_module(&tiles.source, texels, side))
         })?;
@@ -153,7 +155,7 @@ impl GpuVolume {
         let mut recorder = PassRecorder::new(gpu)?;
         let filling = DenseFillPass {
             field,
-            tables: &tiles.entries,
+            tables: &tiles.bound,
             layout: &passes.layout,
             uniform: &uniform,
             texture: &texture,
@@ -187,7 +189,7 @@ impl GpuVolume {
 struct DenseFillPass<'a> {
     field: &'a GpuProgram,
     /// The tables of the program.
-    tables: &'a [wgpu::BindGroupEntry<'a>],
+    tables: &'a [BoundResource],
     layout: &'a wgpu::BindGroupLayout,
     uniform: &'a wgpu::Buffer,
     texture: &'a wgpu::Texture,
@@ -211,7 +213,7 @@ impl DenseFillPass<'_> {
             ..wgpu::TextureViewDescriptor::default()
         });
         let bind_group = gpu.with_error_scope(|| {
-            let mut entries = self.tables.to_vec();
+            let mut entries: Vec<_> = self.tables.iter().map(BoundResource::entry).collect();
             entries.push(entry(FILL, self.uniform));
             entries.push(wgpu::BindGroupEntry {
                 binding: TEXELS,
@@ -262,7 +264,7 @@ pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -
     let [field, fill] = source.wgsl();
     let text = [
         &argil_abi::wgsl(),
-        source.tables(),
+        &source.tables(),
         &target_wgsl(texels),
         field,
         fill,
@@ -270,11 +272,13 @@ pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -
     let mut binds = source.binds();
     binds.extend([Bind::Uniform(FILL), Bind::Target(TEXELS, texels.format())]);
     let constants = [("TILE_SIDE", f64::from(side))];
-    let label = source.name_of(["DenseFill", "DenseFill::columns"]);
-    let entry_points = ["fill_tiled", "fill_naive"];
-    // The study's first version samples one texel at a time.
-    let count = if label == "DenseFill" { 2 } else { 1 };
-    PassModule::new(label, &text, binds, &constants, &entry_points[..count])
+    let label = source.name_of(["DenseFill", "DenseFill::columns", "DenseFill::lists"]);
+    let entry_points: &[_] = match source.is_whole() {
+        // The study's first version samples one texel at a time.
+        true => &["fill_tiled", "fill_naive"],
+        false => &["fill_tiled"],
+    };
+    PassModule::new(label, &text, binds, &constants, entry_points)
 }
 
 /// Returns WGSL of the texture that a build writes.

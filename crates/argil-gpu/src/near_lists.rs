@@ -11,8 +11,8 @@ use argil_field::Program;
 
 /// Shorter programs are evaluated whole.
 const SHORT: usize = 8;
-/// As many instructions take longer than what compiles and makes lists.
-const MUCH: u64 = 1 << 24;
+/// As many instructions take longer than to compile what makes lists, and to make them: on a software device, and on hardware.
+const MUCH: [u64; 2] = [1 << 20, 1 << 30];
 /// Words reserved for the lists of a part, for those of a block per instruction, and at most for all.
 const PART_WORDS: u64 = 32;
 const BLOCK_WORDS: u64 = 2;
@@ -95,9 +95,10 @@ impl NearLists {
     }
 
     /// Whether some evaluations are faster by lists, with the time to make them.
-    pub(crate) fn pays_for(&self, evaluations: u64) -> bool {
+    pub(crate) fn pays_for(&self, gpu: &Gpu, evaluations: u64) -> bool {
+        let much = MUCH[usize::from(gpu.is_hardware())];
         let work = |&(_, length): &(NearUniform, usize)| evaluations.saturating_mul(length as u64);
-        self.are_made || self.grid.as_ref().is_some_and(|grid| work(grid) >= MUCH)
+        self.are_made || self.grid.as_ref().is_some_and(|grid| work(grid) >= much)
     }
 
     /// Makes the lists, unless they are made. Returns what is bound of them, or `None` if the program is evaluated whole.

@@ -22,6 +22,9 @@ pub(crate) const NOP: &[Instruction] = &[Instruction {
     operand: 0,
 }];
 
+/// Shorter programs of common instructions are faster three samples at a time than by lists.
+const LONG_COLUMNS: usize = 64;
+
 /// A program on a GPU, ready to render.
 ///
 /// It owns the buffers of instructions, parameters and materials, and the pipelines with its interpreter.
@@ -263,7 +266,7 @@ impl GpuProgram {
         evaluations: u64,
     ) -> Result<Option<Vec<BoundResource>>, GpuError> {
         let mut near = self.near.lock().unwrap_or_else(PoisonError::into_inner);
-        match near.pays_for(evaluations) {
+        match near.pays_for(&self.gpu, evaluations) {
             true => near.bound(self),
             false => Ok(None),
         }
@@ -274,24 +277,29 @@ impl GpuProgram {
         self.interpreter.column_wgsl()
     }
 
-    /// Returns how passes that fill tiles evaluate the program, and its tables: if `at_once`, three samples at a time, where
-    /// all of its instructions are common.
-    pub(crate) fn tile_field(&self, at_once: bool) -> TileField<'_> {
+    /// Returns how passes that fill tiles evaluate the program for some samples, and its tables. Without `at_once`, one at a time and
+    /// whole.
+    pub(crate) fn tile_field(&self, at_once: bool, samples: u64) -> Result<TileField, GpuError> {
         let columns = self.columns.as_ref().filter(|_| at_once);
+        let near = match at_once && (columns.is_none() || self.length >= LONG_COLUMNS) {
+            true => self.near_for(samples)?,
+            false => None,
+        };
+        let columns = columns.filter(|_| near.is_none());
         if let (Some(table), Some(wgsl)) = (columns, self.column_wgsl()) {
             let tables = [(table, LISTS), (&self.params, PARAMS)];
-            return TileField {
+            let bound = tables.iter().filter_map(|(own, at)| own.bound(*at));
+            return Ok(TileField {
                 source: TileSource::of_columns(wgsl),
-                entries: tables
-                    .iter()
-                    .filter_map(|(own, at)| own.binding(*at))
-                    .collect(),
-            };
+                bound: bound.collect(),
+            });
         }
-        TileField {
-            source: TileSource::of_any(self.field_wgsl()),
-            entries: self.table_bindings().collect(),
-        }
+        let source = match near {
+            Some(_) => TileSource::of_lists(self.interpreter.near_wgsl()),
+            None => TileSource::of_any(self.field_wgsl()),
+        };
+        let bound = self.bound().chain(near.into_iter().flatten()).collect();
+        Ok(TileField { source, bound })
     }
 
     pub(crate) fn table_bindings(&self) -> impl Iterator<Item = wgpu::BindGroupEntry<'_>> {
@@ -325,9 +333,9 @@ impl GpuProgram {
 }
 
 /// What passes that fill tiles evaluate.
-pub(crate) struct TileField<'a> {
+pub(crate) struct TileField {
     pub source: TileSource,
-    pub entries: Vec<wgpu::BindGroupEntry<'a>>,
+    pub bound: Vec<BoundResource>,
 }
 
 /// Returns the interpreter that a device gets for a program. A software device executes every case of it, used or not.

@@ -339,7 +339,9 @@ mod tests {
             let drawn = pollster::block_on(field.render(&all, false));
             drawn.expect("a picture").0
         };
-        let passes = field.picture(&NEAR_FIELD, MoreLight::default()).expect("passes");
+        let passes = field
+            .picture(&NEAR_FIELD, MoreLight::default())
+            .expect("passes");
         let kept = || {
             let target = passes.take().expect("a frame before");
             let buffers = target.buffers();

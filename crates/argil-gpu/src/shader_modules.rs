@@ -80,6 +80,7 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
     let side = tile_side_within(256, dense::TILE);
     let mut all = brick_modules(interpreter, texels, DEFAULT_BRICK);
     let mut sources = vec![TileSource::of_any(field.clone())];
+    sources.push(TileSource::of_lists(near.clone()));
     sources.extend(interpreter.column_wgsl().map(TileSource::of_columns));
     for source in &sources {
         all.push(dense::fill_module(source, texels, side));

@@ -1,60 +1,76 @@
-//! How passes that fill tiles evaluate the field: a sample at a time, or three samples of a column.
+//! How passes that fill tiles evaluate the field: a sample at a time, by the whole program or by lists, or three samples of a
+//! column.
 
 use crate::bindings::{Bind, COLUMNS_WGSL, FIELD_BINDS, LISTS, PARAMS, TABLES_WGSL};
+use crate::near_lists::field_tables;
 use argil_volume::wgsl;
+
+/// How the field is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum TileKind {
+    Whole,
+    Columns,
+    Lists,
+}
 
 /// WGSL that evaluates the field for `fill_tile`.
 pub(crate) struct TileSource {
     wgsl: String,
-    by_columns: bool,
+    kind: TileKind,
 }
 
 impl TileSource {
     /// Evaluates any program, by the interpreter's WGSL.
     pub(crate) fn of_any(wgsl: impl Into<String>) -> Self {
-        Self {
-            wgsl: wgsl.into(),
-            by_columns: false,
-        }
+        let (wgsl, kind) = (wgsl.into(), TileKind::Whole);
+        Self { wgsl, kind }
     }
 
     /// Evaluates a program of common instructions, by [`argil_field::Interpreter::column_wgsl`].
     pub(crate) fn of_columns(wgsl: String) -> Self {
-        Self {
-            wgsl,
-            by_columns: true,
-        }
+        let kind = TileKind::Columns;
+        Self { wgsl, kind }
     }
 
-    /// Returns one of two names: that for any program, or that for columns.
-    pub(crate) fn name_of(&self, [any, columns]: [&'static str; 2]) -> &'static str {
-        if self.by_columns { columns } else { any }
+    /// Evaluates any program by lists, by [`argil_field::Interpreter::near_wgsl`].
+    pub(crate) fn of_lists(wgsl: String) -> Self {
+        let kind = TileKind::Lists;
+        Self { wgsl, kind }
+    }
+
+    /// Whether a sample takes the whole program.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.kind == TileKind::Whole
+    }
+
+    /// Returns one of three names: for whole programs, for columns and for lists.
+    pub(crate) fn name_of(&self, names: [&'static str; 3]) -> &'static str {
+        names[self.kind as usize]
     }
 
     /// Returns the tables of the program, as the shader names them.
-    pub(crate) fn tables(&self) -> &'static str {
-        if self.by_columns {
-            COLUMNS_WGSL
-        } else {
-            TABLES_WGSL
+    pub(crate) fn tables(&self) -> String {
+        match self.kind {
+            TileKind::Whole => TABLES_WGSL.into(),
+            TileKind::Columns => COLUMNS_WGSL.into(),
+            TileKind::Lists => field_tables(true).1,
         }
     }
 
     /// Returns the bindings of these tables.
     pub(crate) fn binds(&self) -> Vec<Bind> {
-        if self.by_columns {
-            vec![Bind::Read(LISTS), Bind::Read(PARAMS)]
-        } else {
-            FIELD_BINDS.to_vec()
+        match self.kind {
+            TileKind::Whole => FIELD_BINDS.to_vec(),
+            TileKind::Columns => vec![Bind::Read(LISTS), Bind::Read(PARAMS)],
+            TileKind::Lists => field_tables(true).0,
         }
     }
 
     /// Returns the WGSL that evaluates the field, and that of `fill_tile`.
     pub(crate) fn wgsl(&self) -> [&str; 2] {
-        let fill = if self.by_columns {
-            wgsl::BAKE_LEVEL_BY_COLUMNS
-        } else {
-            wgsl::BAKE_LEVEL
+        let fill = match self.kind {
+            TileKind::Columns => wgsl::BAKE_LEVEL_BY_COLUMNS,
+            TileKind::Whole | TileKind::Lists => wgsl::BAKE_LEVEL,
         };
         [&self.wgsl, fill]
     }

@@ -12,6 +12,7 @@ use crate::resources::{texture, uniform_of};
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
 use crate::tile_source::TileSource;
+use crate::trace_mode::BoundResource;
 use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, FillUniform, OctreeNode, OctreeUniform};
 use argil_field::Program;
@@ -225,17 +226,21 @@ impl<'a> OctreeBuilder<'a> {
         let side = tile_side(gpu, measures.brick_size_voxels);
         let texels = gpu.texels(measures.encoding.format);
         let variant = texels.bits().bytes() as u32 + 16 * side;
-        let tiles = field.tile_field(true);
-        let key = tiles
-            .source
-            .name_of(["fill octree", "fill octree by columns"]);
+        let area = u64::from(measures.brick_size_voxels * measures.brick_size_voxels);
+        let samples = measures.capacity() * area * u64::from(measures.brick_size_voxels);
+        let tiles = field.tile_field(true, samples)?;
+        let key = tiles.source.name_of([
+            "fill octree",
+            "fill octree by columns",
+            "fill octree by lists",
+        ]);
         let passes = field.passes((key, variant), || {
             Passes::new(gpu, fill_module(&tiles.source, texels, side))
         })?;
         let view = self
             .texture
             .create_view(&wgpu::TextureViewDescriptor::default());
-        let mut entries = tiles.entries;
+        let mut entries: Vec<_> = tiles.bound.iter().map(BoundResource::entry).collect();
         entries.push(entry(VOLUME, &self.volume));
         entries.push(entry(FILL, &self.fill));
         entries.push(wgpu::BindGroupEntry {
@@ -252,7 +257,6 @@ impl<'a> OctreeBuilder<'a> {
                 .encoding
                 .fill_uniform(program, &measures.voxel_grid, 0)
         };
-        let area = u64::from(measures.brick_size_voxels * measures.brick_size_voxels);
         let work = measures.capacity() * area * field.length() as u64;
         for (first, count) in layers(field, work, measures.brick_size_voxels, side) {
             let fill = FillUniform {
@@ -313,7 +317,7 @@ pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -
     let [field, fill] = source.wgsl();
     let text = [
         &argil_abi::wgsl(),
-        source.tables(),
+        &source.tables(),
         &target_wgsl(texels),
         BRICKS_BINDS_WGSL,
         field,
@@ -332,7 +336,11 @@ pub(crate) fn fill_module(source: &TileSource, texels: TexelFormat, side: u32) -
     ]);
     let constants = [("TILE_SIDE", f64::from(side))];
     let entry_points = ["fill_bricks", "fill_vacant"];
-    let label = source.name_of(["Octree::fill", "Octree::fill by columns"]);
+    let label = source.name_of([
+        "Octree::fill",
+        "Octree::fill by columns",
+        "Octree::fill by lists",
+    ]);
     PassModule::new(label, &text, binds, &constants, &entry_points)
 }
 
