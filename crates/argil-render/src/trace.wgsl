@@ -1,4 +1,4 @@
-// GPU version of pruned_trace.rs, one pixel per thread.
+// GPU version of trace.rs, one pixel per thread.
 
 fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
     return field_normal(ray.origin + ray.direction * hit.normal_t.w, select(1.0, -1.0, hit.kind == HIT_INSIDE));

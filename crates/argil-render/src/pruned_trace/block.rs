@@ -355,9 +355,8 @@ fn place(block: &RayBlock, frame: &FrameUniform, end: f32, lanes: &mut RayLanes)
 /// Takes one step of the rays that advance. Returns whether any hits.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut RayLanes) -> bool {
-    let (epsilon, scale) = (frame.epsilon, frame.inv_lipschitz);
+    let (epsilon, close_slope, scale) = (frame.epsilon, frame.close_slope, frame.inv_lipschitz);
     let (pixel, max_steps) = (frame.pixel_width, frame.max_steps);
-    let close_slope = frame.close_slope;
     let mut any = 0u32;
     for k in 0..RAYS / STRETCH {
         let goes = &lanes.goes.as_chunks::<STRETCH>().0[k];

@@ -33,7 +33,7 @@ struct Limit {
 }
 
 /// Limits of what builds volumes, and of what evaluates the field along rays.
-const LIMITS: [Limit; 9] = [
+const LIMITS: [Limit; 14] = [
     limit("Bricks::build", "fill_bricks", 80, 12),
     limit("Bricks::columns", "fill_columns", 40, 24),
     limit("Bricks::build", "measure", 72, 14),
@@ -43,6 +43,11 @@ const LIMITS: [Limit; 9] = [
     limit("March::project", "project_to_field", 72, 14),
     limit("field", "march", 72, 14),
     limit("field", "shadow", 72, 14),
+    limit("Field::lists", "prune_near_parts", 64, 16),
+    limit("field by lists", "march", 72, 14),
+    limit("field by lists", "shadow", 72, 14),
+    limit("DenseFill::lists", "fill_tiled", 72, 14),
+    limit("March::project by lists", "project_to_field", 72, 14),
 ];
 
 const fn limit(module: &'static str, entry_point: &'static str, vgprs: u64, waves: u64) -> Limit {
