@@ -148,13 +148,10 @@ pub fn frame_uniforms(
     } else {
         focus.min.y
     };
-    let depth_far = focus
-        .corners()
-        .map(|c| c.distance(camera.eye))
-        .into_iter()
-        .fold(0.0, f32::max);
+    let far_from_eye = |corner: Vec3| corner.distance(camera.eye);
+    let depth_far = focus.corners().map(far_from_eye).into_iter();
+    let depth_far = depth_far.fold(0.0, f32::max);
     let pixel_width = 2.0 * half_height / height as f32;
-    let is_close = settings.epsilon.is_none() && voxel_grid.is_none();
     let samples = settings.samples.clamp(1, 64);
     (0..samples)
         .map(|sample| {
@@ -183,11 +180,7 @@ pub fn frame_uniforms(
                 depth_near: focus.distance(camera.eye),
                 depth_far,
                 pixel_width,
-                close_slope: if is_close {
-                    CLOSE_PIXELS * pixel_width
-                } else {
-                    0.0
-                },
+                close_slope: close_slope(settings, voxel_grid) * pixel_width,
                 first_step: 0,
                 step_count: settings.max_steps,
                 light_offset: lift,
@@ -207,6 +200,14 @@ pub fn frame_uniforms(
             frame
         })
         .collect()
+}
+
+/// Returns the part of a pixel within which a ray counts as a hit.
+fn close_slope(settings: &RenderSettings, voxel_grid: Option<&VoxelGrid>) -> f32 {
+    match (settings.epsilon, voxel_grid) {
+        (None, None) => CLOSE_PIXELS,
+        _ => 0.0,
+    }
 }
 
 /// Returns the box that rays are cut to: the solid's, a little larger, because a ray should not start within

@@ -201,14 +201,7 @@ pub(super) fn check(
 ) -> Result<(), GpuError> {
     check_depth(program)?;
     let each = u64::from(samples_per_thread(layout.brick_size_voxels())).max(EVALUATIONS_TO_PRUNE);
-    if u64::from(field.budget) < each {
-        return Err(GpuError::TooLong {
-            name: field.gpu().info.name.clone(),
-            iterations: u64::from(field.budget),
-            limit: each,
-        });
-    }
-    Ok(())
+    field.check_evaluations(each)
 }
 
 /// Returns how many of `cells` a dispatch samples with lists of a length, and the number of dispatches.
