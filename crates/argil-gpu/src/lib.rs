@@ -34,6 +34,7 @@ mod levels;
 mod march_passes;
 #[cfg(feature = "device")]
 mod marching_cubes;
+#[cfg(feature = "device")]
 mod near_lists;
 #[cfg(feature = "device")]
 mod octree;
