@@ -105,7 +105,7 @@ pub(crate) struct RenderArgs {
     /// look-up in progress is always completed
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub max_steps: Option<u32>,
-    /// Distance at which a ray counts as a hit, in the scene's unit [default: 1e-4 of the scene's radius, a tenth of a pixel of the field if that is more, or 0.02 voxels]
+    /// Distance at which a ray counts as a hit, in the scene's unit [default: 1e-4 of the scene's radius, after many steps a tenth of a pixel, or 0.02 voxels]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = positive)]
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference, in the scene's unit [default: 5e-4 of the scene's radius, or a voxel]

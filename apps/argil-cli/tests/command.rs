@@ -107,11 +107,13 @@ fn json_has_the_promised_keys_and_the_devices_agree() {
             );
         }
         pictures.push((
-            report["hit_pixels"].clone(),
+            report["hit_pixels"].as_f64().expect("a number"),
             image::open(&png).expect("a PNG").to_rgb8(),
         ));
     }
-    assert_eq!(pictures[0].0, pictures[1].0);
+    // A ray that grazes something within a tenth of a pixel may hit on one of them.
+    let hits = [pictures[0].0, pictures[1].0];
+    assert!((hits[0] - hits[1]).abs() <= 3.0, "{hits:?}");
     let differ = pictures[0]
         .1
         .iter()

@@ -193,6 +193,7 @@ const NEAR_VOXELS: f32 = 0.2;
 const MIN_WEIGHT: f32 = 0.001;
 const MATERIAL_OWN_RATIO: f32 = 1.48;
 const RELAXATION: f32 = 0.9;
+const EXACT_STEPS: u32 = 24u;
 const NUDGE_VOXELS: f32 = 0.001;
 const NUDGE_RELATIVE: f32 = 5e-7;
 const NUDGE_POSITION: f32 = 2.5e-7;

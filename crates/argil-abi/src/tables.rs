@@ -95,7 +95,8 @@ shared_struct! {
         has_ground: u32,
         /// A `DESCENT_…`: where look-ups in an octree start.
         descent: u32,
-        /// The distance below which a ray through the field hits, per length of the ray, if that is more than `epsilon`.
+        /// The distance below which a ray through the field hits after `EXACT_STEPS`, per length of the ray, if that is more than
+        /// `epsilon`.
         close_slope: f32,
         /// Zero.
         pad0: u32,

@@ -52,6 +52,8 @@ numbers! { NUMBERS:
     MATERIAL_OWN_RATIO: f32 = 1.48;
     /// Fraction of the largest over-relaxed step along a plane.
     RELAXATION: f32 = 0.9;
+    /// Steps after which a ray through the field, which grazes something then, hits within a part of a pixel.
+    EXACT_STEPS: u32 = 24;
     /// A ray that leaves a cell or a voxel advances by at least this many voxels, to be inside the next one.
     NUDGE_VOXELS: f32 = 1e-3;
     /// A ray that leaves a cell or a voxel also advances by this fraction of its length.

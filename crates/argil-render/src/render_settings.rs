@@ -67,8 +67,8 @@ pub struct RenderSettings {
     pub mode: RenderMode,
     /// Maximum steps of a primary ray.
     pub max_steps: u32,
-    /// Distance at which a ray counts as a hit. If `None`, 1e-4 of the scene's radius, and for the field a tenth of a pixel if that
-    /// is more, or 0.02 voxels of a volume.
+    /// Distance at which a ray counts as a hit. If `None`, 1e-4 of the scene's radius, or 0.02 voxels of a volume. After many steps
+    /// through the field, then also a tenth of a pixel.
     pub epsilon: Option<f32>,
     /// Half the step of the normal's central difference. If `None`, 5e-4 of the scene's radius, or a voxel of a
     /// volume.
@@ -105,7 +105,7 @@ impl Default for RenderSettings {
     }
 }
 
-/// The part of a pixel within which a ray through the field counts as a hit.
+/// The part of a pixel within which a ray through the field counts as a hit after many steps.
 const CLOSE_PIXELS: f32 = 0.1;
 
 /// Voxels around a volume's solid where rays start, so that the stored distance is not yet negative.
@@ -202,7 +202,7 @@ pub fn frame_uniforms(
         .collect()
 }
 
-/// Returns the part of a pixel within which a ray counts as a hit.
+/// Returns the part of a pixel within which a ray counts as a hit after many steps.
 fn close_slope(settings: &RenderSettings, voxel_grid: Option<&VoxelGrid>) -> f32 {
     match (settings.epsilon, voxel_grid) {
         (None, None) => CLOSE_PIXELS,

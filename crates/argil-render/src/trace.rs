@@ -6,7 +6,7 @@ use crate::ray_batch::{Points, RETIRED, RayBatch, RaySetup};
 use crate::source::{RayTracer, RenderSource};
 use crate::tile::{TILE_WIDTH, Tile};
 use crate::tile_buffers::TileScratch;
-use argil_abi::{self as abi, FrameUniform, Hit, RELAXATION};
+use argil_abi::{self as abi, EXACT_STEPS, FrameUniform, Hit, RELAXATION};
 use argil_field::LANES;
 use argil_math::{Ray, set_indices};
 use glam::Vec3;
@@ -116,6 +116,11 @@ fn step(
     let last_way = &mut wave.last_way[range.clone()];
     let side = &mut wave.side[range];
     let spent = steps >= frame.max_steps;
+    let close_slope = if steps > EXACT_STEPS {
+        frame.close_slope
+    } else {
+        0.0
+    };
     if steps == 1 {
         for (side, &d) in side.iter_mut().zip(d) {
             *side = if d < 0.0 { -1.0 } else { 1.0 };
@@ -128,7 +133,7 @@ fn step(
         // The spheres no longer touch: return to the end of the last one.
         let too_far = (over[i] > 0.0) & (way < over[i]);
         // A ray that grazes the surface may run out of steps within a pixel of it.
-        let close = frame.close_slope * t[i];
+        let close = close_slope * t[i];
         let close = if close > frame.epsilon {
             close
         } else {

@@ -41,7 +41,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         let spent = steps >= frame.max_steps;
         // The spheres no longer touch: return to the end of the last one.
         let is_too_far = over > 0.0 && way < over;
-        let close = max(frame.epsilon, frame.close_slope * t);
+        let close = max(frame.epsilon, select(0.0, frame.close_slope, steps > EXACT_STEPS) * t);
         let reached = !is_too_far && (gap < close || (spent && gap < frame.pixel_width * t));
         // Along a plane, spheres still touch with this additional distance between their centers.
         let fell = max(last_gap - gap, 0.0);

@@ -384,7 +384,7 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let way = gap * scale;
             let too_far = (over[i] > 0.0) & (way < over[i]);
             // A ray that grazes the surface may run out of steps within a pixel of it.
-            let close = close_slope * t[i];
+            let close = f32::from(u8::from(taken > abi::EXACT_STEPS)) * close_slope * t[i];
             let close = if close > epsilon { close } else { epsilon };
             let arrives = !too_far & ((gap < close) | (spent & (gap < pixel * t[i])));
             // Along a plane, spheres still touch with this additional distance between their centers.
