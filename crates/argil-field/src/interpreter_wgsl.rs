@@ -204,7 +204,7 @@ fn first_in_subgroup(word: u32) -> u32 {
 }
 ";
 
-/// What stands for this where each thread loads its own instructions as fast: all take turns at once.
+/// Replaces [`TAKE_TURNS`] on devices where threads gain nothing by turns: no thread waits.
 const NO_TURNS: &str = "
 fn first_in_subgroup(word: u32) -> u32 {
     return word;

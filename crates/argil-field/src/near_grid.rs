@@ -20,7 +20,7 @@ impl Program {
         let side = around.size().max_element();
         let edge = side / (BLOCK * BLOCKS);
         let farthest = around.min.abs().max(around.max.abs()).max_element();
-        // Not so, too, if a number is NaN.
+        // NaN fails both comparisons.
         if !(edge > f32::MIN_POSITIVE && farthest < WORLD_LIMIT) {
             return None;
         }

@@ -17,7 +17,7 @@ const MUCH: [u64; 2] = [1 << 20, 1 << 30];
 const PART_WORDS: u64 = 32;
 const BLOCK_WORDS: u64 = 2;
 const MOST_WORDS: u64 = 1 << 24;
-/// How far the grid reaches beyond the solid, as a part of its longest side. Light asks there.
+/// How far the grid reaches beyond the solid, as a fraction of its longest side. Occlusion evaluates points there.
 const AROUND: f32 = 0.125;
 /// Threads of a workgroup, and workgroups in a row of a dispatch.
 const GROUP: u64 = 64;

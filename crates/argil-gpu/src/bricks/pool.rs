@@ -84,7 +84,7 @@ impl BrickTables {
         self.resize(field, texture, pool, mixed)
     }
 
-    /// Does the same if a new pool has much room that it does not need. Else only the materials of mixed bricks give up theirs.
+    /// Fits the pool only if it has much unused room. Otherwise it shrinks the materials of mixed bricks alone.
     pub(super) fn fit_closely(
         &mut self,
         field: &GpuProgram,
