@@ -4,7 +4,7 @@ use crate::configuration::{Configuration, ConfigurationKind};
 use crate::experiment::StudyCase;
 use crate::plan::Plan;
 use crate::scenes::{is_shipped, scene};
-use crate::task::{CLOSE_SAMPLES, StudyCamera, Task};
+use crate::task::{CLOSE_SAMPLES, STILL_PATHS, StudyCamera, Task};
 use argil::Engine;
 use argil::math::Aabb;
 use argil::render::{NormalSource, RenderMode};
@@ -60,6 +60,9 @@ pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
                 placed(series.eye)
             )
         }
+        Task::Still(_) => format!(
+            "argil still {scene}{flags} --device {device} --size {width}x{height} --samples {STILL_PATHS}"
+        ),
         Task::Surface(_) => {
             let flags = flags
                 .replace("--via mesh ", "")

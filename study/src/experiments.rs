@@ -152,6 +152,14 @@ pub const ALL: &[Experiment] = &[
         cases: hardware::pipelines,
     },
     Experiment {
+        name: "stills",
+        title: "Path-traced stills",
+        question: "How long do four paths a pixel take, through the field and through bricks?",
+        study: "Not measured. The study has no paths of light.",
+        compared: Compared::SameScene,
+        cases: hardware::stills,
+    },
+    Experiment {
         name: "peer",
         title: "Frames beside fidget's",
         question: "How long does a frame take, from its submission to its pixels in memory, beside that of fidget-wgpu?",

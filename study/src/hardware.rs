@@ -14,12 +14,13 @@ use argil::volume::SampleFormat;
 use std::time::Duration;
 
 /// The experiments of the preset, in the order of their use.
-pub const EXPERIMENTS: [&str; 9] = [
+pub const EXPERIMENTS: [&str; 10] = [
     "construction",
     "bakes",
     "frames",
     "edits",
     "triangles",
+    "stills",
     "peer",
     "pipelines",
     "memory",
@@ -191,6 +192,21 @@ pub(crate) fn pipelines(plan: &Plan) -> Vec<StudyCase> {
     let all = FirstUse::ALL.into_iter();
     let some = all.filter(|kind| plan.is_hardware() || *kind == FirstUse::FieldFrame);
     some.map(case).collect()
+}
+
+/// Returns stills of scenes from a small one to a large one. They are measured by this preset alone.
+pub(crate) fn stills(plan: &Plan) -> Vec<StudyCase> {
+    let mut all = Vec::new();
+    if plan.preset != Preset::Hardware {
+        return all;
+    }
+    for scene in scenes(plan).iter().take(3) {
+        for kind in [ConfigurationKind::Field, BRICKS] {
+            let way = Configuration::of(kind, resolutions(plan)[0]);
+            all.push(StudyCase::new(*scene, way, Task::Still(runs(plan, 3))));
+        }
+    }
+    all
 }
 
 /// Returns frames beside another renderer's. A software GPU takes minutes for one of those.

@@ -14,10 +14,10 @@ use crate::peer::Peer;
 use crate::plan::Plan;
 use crate::scenes::scene;
 use crate::surface_error::{lost, stored, surface, surface_points};
-use crate::task::{FrameSeries, Task};
+use crate::task::{FrameSeries, STILL_PATHS, Task};
 use crate::views::{camera, settings};
 use anyhow::Context;
-use argil::render::{Camera, RenderMode, RenderSettings};
+use argil::render::{Camera, RenderMode, RenderSettings, StillOptions};
 use argil::scene::{Brush, Scene, Shape};
 use argil::{
     Engine, MeshMethod, MeshNormals, MeshOptions, MeshOutput, Orbit, RenderedImage, Representation,
@@ -46,6 +46,7 @@ enum State {
         hit_pixels: usize,
     },
     Picture(World, Option<RenderedImage>),
+    Still(World),
     Edits {
         world: Option<World>,
         scene: Scene,
@@ -111,6 +112,7 @@ impl<'a> PreparedCase<'a> {
             Task::Build(_) => State::Build(Some(self.build()?)),
             Task::Frames(series) => self.frames(self.build()?, series),
             Task::Picture(_) => State::Picture(self.build()?, None),
+            Task::Still(_) => State::Still(self.build()?),
             Task::Stored(_) | Task::CountLostBricks => State::Untimed(self.build()?),
             Task::Surface(_) => {
                 let field = self.setup.engine.build(&self.scene)?.field();
@@ -181,6 +183,7 @@ impl<'a> PreparedCase<'a> {
                     world.render(&camera, settings)?;
                 }
             }
+            State::Still(_) if plan.is_gpu => self.sample(0)?,
             State::Picture(..) if plan.is_hardware() => self.sample(0)?,
             State::Mesh(world, options, meshed) => *meshed = Some(world.mesh(options)?),
             State::Edits { .. } if plan.is_gpu => {
@@ -198,7 +201,7 @@ impl<'a> PreparedCase<'a> {
         match (&self.state, self.case.task) {
             (State::Frames { cameras, .. }, _) => cameras.len(),
             (State::Edits { places, .. }, _) => places.len(),
-            (_, Task::Build(runs) | Task::Peer(runs)) => runs as usize,
+            (_, Task::Build(runs) | Task::Peer(runs) | Task::Still(runs)) => runs as usize,
             (_, Task::Surface(_)) => 3,
             (_, Task::Picture(_)) => 1,
             (_, Task::FirstUse(_)) => 1 + usize::from(self.setup.plan.is_hardware()),
@@ -254,6 +257,7 @@ impl<'a> PreparedCase<'a> {
                 out.add("frame_ms", drawn.duration_ms);
                 *image = Some(drawn);
             }
+            State::Still(world) => still(world, self.setup.plan, out)?,
             State::Edits {
                 world,
                 scene,
@@ -366,6 +370,19 @@ fn add_frame(drawn: &RenderedImage, out: &mut Outcome) {
             out.add("steps_max", spread.max);
         }
     }
+}
+
+/// Makes a still of a world.
+fn still(world: &World, plan: &Plan, out: &mut Outcome) -> anyhow::Result<()> {
+    let settings = world.render_settings(plan.size(), RenderMode::Shaded);
+    let options = StillOptions {
+        samples: STILL_PATHS,
+        ..StillOptions::default()
+    };
+    let start = Instant::now();
+    world.still(&world.camera(), &settings, &options)?;
+    out.add("still_ms", start.elapsed().as_secs_f64() * 1e3);
+    Ok(())
 }
 
 fn edit(world: &mut World, scene: &Scene, out: &mut Outcome) -> anyhow::Result<()> {

@@ -29,6 +29,9 @@ impl StudyCamera {
 /// Samples of each pixel of an image to look at closely.
 pub(crate) const CLOSE_SAMPLES: u32 = 4;
 
+/// Paths of each pixel of a still, which is enough to take its time.
+pub(crate) const STILL_PATHS: u32 = 4;
+
 /// An image to render.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
@@ -132,6 +135,8 @@ pub enum Task {
     CountLostBricks,
     /// Opens the GPU, and uses it for the first and the second time.
     FirstUse(FirstUse),
+    /// Makes stills of a few paths a pixel, a number of times.
+    Still(u32),
     /// Runs another renderer a number of times. The resolution is the pixels along a side of its image.
     Peer(u32),
 }
@@ -148,6 +153,7 @@ impl Task {
             Self::Edits(..) => "edits",
             Self::CountLostBricks => "lost",
             Self::FirstUse(_) => "first-use",
+            Self::Still(_) => "still",
             Self::Peer(_) => "peer",
         }
     }
@@ -192,6 +198,7 @@ impl Task {
                     all.push(("size", size.to_vec().into()));
                 }
             }
+            Self::Still(_) => all.push(("paths", STILL_PATHS.into())),
             Self::FirstUse(kind) => all.push(("use", kind.word().into())),
             Self::Edits(_, radius) => {
                 let rounded = (f64::from(radius) * 1e6).round() / 1e6;
