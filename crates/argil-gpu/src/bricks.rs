@@ -336,7 +336,7 @@ impl GpuVolume {
                     extent(width as u32, height as u32, side as u32),
                 );
             })?;
-            gpu.flush();
+            gpu.flush()?;
             gpu.wait().await?;
         }
         let words: Vec<u32> = bricks

@@ -1,6 +1,6 @@
 //! Counts what a device is asked to do.
 
-use crate::{Gpu, GpuCounters};
+use crate::{Gpu, GpuCounters, GpuError};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A number that many threads count up.
@@ -46,9 +46,11 @@ impl Gpu {
     }
 
     /// Submits what was written to buffers and textures.
-    pub(crate) fn flush(&self) {
+    pub(crate) fn flush(&self) -> Result<(), GpuError> {
         self.counters.submissions.add(1);
-        self.queue.submit([]);
+        self.with_error_scope(|| {
+            self.queue.submit([]);
+        })
     }
 
     /// Creates a buffer.

@@ -248,8 +248,7 @@ impl DenseFillPass<'_> {
                 layer_count,
                 ..fill
             };
-            gpu.queue
-                .write_buffer(self.uniform, 0, bytemuck::bytes_of(&fill));
+            gpu.write_buffer(self.uniform, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Direct(groups);
             recorder
                 .pass(stage, self.pipeline, &bind_group, groups)

@@ -7,7 +7,7 @@ use crate::{DeviceInfo, DeviceKind, GpuError};
 const POLL_TIMEOUT: std::time::Duration = std::time::Duration::from_secs(600);
 
 impl DeviceInfo {
-    fn of(info: &wgpu::AdapterInfo) -> Self {
+    pub(crate) fn of(info: &wgpu::AdapterInfo) -> Self {
         let kind = match info.device_type {
             wgpu::DeviceType::DiscreteGpu => DeviceKind::Discrete,
             wgpu::DeviceType::IntegratedGpu => DeviceKind::Integrated,
@@ -70,7 +70,7 @@ pub async fn devices() -> Vec<DeviceInfo> {
 
 /// A graphics device.
 ///
-/// [`Gpu::open`] opens one.
+/// [`Gpu::open`] opens one. [`Gpu::from_wgpu`] uses the device of a program that has its own renderer.
 #[derive(Debug)]
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
@@ -83,14 +83,13 @@ pub struct Gpu {
     pub(crate) writes_snorm: [bool; 2],
     pub(crate) counters: Counters,
     /// Whether a software device gets what hardware gets.
-    as_hardware: bool,
+    pub(crate) as_hardware: bool,
     /// What the CPU reads through.
     pub(crate) staging: KeptStaging,
     /// Pipelines of earlier processes.
     pub(crate) pipeline_cache: Option<PipelineCache>,
-    /// Errors that nothing has waited for, because a browser does not wait.
-    #[cfg(target_arch = "wasm32")]
-    faults: std::sync::Arc<std::sync::Mutex<Option<String>>>,
+    /// Errors that nothing has waited for: of writes, and in a browser, which does not wait, of all commands.
+    pub(crate) faults: std::sync::Arc<std::sync::Mutex<Option<GpuError>>>,
 }
 
 impl Gpu {
@@ -103,11 +102,7 @@ impl Gpu {
         if cfg!(target_arch = "wasm32") {
             return Self::open_portable().await;
         }
-        let specific = wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
-            | wgpu::Features::TEXTURE_FORMAT_16BIT_NORM
-            | wgpu::Features::PIPELINE_CACHE
-            | wgpu::Features::SUBGROUP;
-        Self::open_with(wgpu::Adapter::limits, specific).await
+        Self::open_with(wgpu::Adapter::limits, Self::wished_features()).await
     }
 
     /// Opens the best device with only the limits and formats that every WebGPU device has, to test what runs in a
@@ -116,7 +111,7 @@ impl Gpu {
     /// # Errors
     /// If no adapter is found, or it refuses the device.
     pub async fn open_portable() -> Result<Self, GpuError> {
-        Self::open_with(|_| wgpu::Limits::default(), wgpu::Features::empty()).await
+        Self::open_with(|_| wgpu::Limits::default(), wgpu::Features::TIMESTAMP_QUERY).await
     }
 
     async fn open_with(
@@ -124,23 +119,7 @@ impl Gpu {
         specific: wgpu::Features,
     ) -> Result<Self, GpuError> {
         let (info, adapter) = adapters().await.into_iter().next().ok_or(GpuError::None)?;
-        // Lavapipe's timestamps are useless once something was rasterized: both stamps of a pass are then taken
-        // when it is flushed.
-        let has_timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY)
-            && info.kind != DeviceKind::Software;
-        let required_features = adapter.features() & (specific | wgpu::Features::TIMESTAMP_QUERY);
-        let may_differ =
-            required_features.contains(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
-        let writes_snorm =
-            [wgpu::TextureFormat::R8Snorm, wgpu::TextureFormat::R16Snorm].map(|format| {
-                let features = adapter.get_texture_format_features(format);
-                let needed =
-                    wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-                let filters = wgpu::TextureFormatFeatureFlags::FILTERABLE;
-                may_differ
-                    && features.allowed_usages.contains(needed)
-                    && features.flags.contains(filters)
-            });
+        let required_features = adapter.features() & specific;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("argil"),
             required_features,
@@ -152,20 +131,7 @@ impl Gpu {
             name: info.name.clone(),
             reason: e.to_string(),
         })?;
-        Ok(Self {
-            device,
-            queue,
-            info,
-            adapter_info: adapter.get_info(),
-            has_timestamps,
-            writes_snorm,
-            counters: Counters::default(),
-            as_hardware: false,
-            staging: KeptStaging::default(),
-            pipeline_cache: None,
-            #[cfg(target_arch = "wasm32")]
-            faults: Default::default(),
-        })
+        Self::from_wgpu(device, queue)
     }
 
     /// Gives a software device the passes that hardware gets, slow as they are there, to test them. Only opcodes that no program
@@ -203,12 +169,15 @@ impl Gpu {
         let (refused, exhausted) = (validation.pop(), memory.pop());
         #[cfg(target_arch = "wasm32")]
         {
-            let faults = self.faults.clone();
+            let (faults, name) = (self.faults.clone(), self.info.name.clone());
             wasm_bindgen_futures::spawn_local(async move {
                 if let Some(error) = refused.await.or(exhausted.await)
                     && let Ok(mut fault) = faults.lock()
                 {
-                    fault.get_or_insert(error.to_string());
+                    fault.get_or_insert(GpuError::Validation {
+                        name,
+                        reason: error.to_string(),
+                    });
                 }
             });
             Ok(result)
@@ -257,15 +226,17 @@ impl Gpu {
             })
     }
 
+    /// Writes to a buffer before what is submitted next. What goes wrong, on a lost device for example, is the error of what is
+    /// waited for next.
+    pub(crate) fn write_buffer(&self, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+        let written = self.with_error_scope(|| self.queue.write_buffer(buffer, offset, bytes));
+        if let (Err(error), Ok(mut fault)) = (written, self.faults.lock()) {
+            fault.get_or_insert(error);
+        }
+    }
+
     /// Takes the errors since the last call.
     pub(crate) fn fault(&self) -> Option<GpuError> {
-        #[cfg(target_arch = "wasm32")]
-        if let Ok(mut fault) = self.faults.lock() {
-            return fault.take().map(|reason| GpuError::Validation {
-                name: self.info.name.clone(),
-                reason,
-            });
-        }
-        None
+        self.faults.lock().ok()?.take()
     }
 }

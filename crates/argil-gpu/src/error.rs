@@ -22,6 +22,16 @@ pub enum GpuError {
         /// The driver's message.
         reason: String,
     },
+    /// A device that the host has opened lacks something.
+    #[error(
+        "{name} was opened without {lack}: open it with `Gpu::required_features` and `Gpu::required_limits`"
+    )]
+    Lacks {
+        /// Name of the adapter.
+        name: String,
+        /// What is missing.
+        lack: String,
+    },
     /// A buffer or texture exceeds a limit.
     #[error(
         "{what} needs {bytes} bytes, and {name} allows {limit} per buffer: use the CPU or a smaller size"

@@ -1,10 +1,12 @@
 //! A frame as data: its passes, recorded once for a size and a mode, and the buffers that they use, kept from frame
 //! to frame.
 
+mod encode;
+
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::{FramePasses, FramePipelines};
-use crate::recording::{FrameKey, FrameStep, GROUP, Recording};
+use crate::recording::{FrameKey, GROUP, Recording};
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
 use crate::trace_mode::BoundResource;
@@ -20,6 +22,7 @@ const HISTOGRAMS: u64 = 5;
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
 
 /// The buffers of a frame's size.
+#[derive(Debug)]
 pub(crate) struct FrameBuffers {
     key: FrameKey,
     recording: Recording,
@@ -80,8 +83,7 @@ impl FrameBuffers {
         use wgpu::BufferUsages as Usage;
         let read = Usage::MAP_READ | Usage::COPY_DST;
         let no_blocks = buffer("no blocks", 16, Usage::COPY_SRC | Usage::COPY_DST)?;
-        gpu.queue
-            .write_buffer(&no_blocks, 0, bytemuck::bytes_of(&NO_BLOCKS));
+        gpu.write_buffer(&no_blocks, 0, bytemuck::bytes_of(&NO_BLOCKS));
         let bytes = vec![0; stride as usize * recording.dispatches.len().max(1)];
         Ok(Self {
             key,
@@ -98,7 +100,7 @@ impl FrameBuffers {
             frames: gpu.with_error_scope(|| frames_of(gpu, bytes.len() as u64))?,
             stride,
             bytes,
-            timing: Timing::new(gpu, recording.passes())?,
+            timing: timing_of(gpu, &key, &recording)?,
             staging: buffer("picture on its way", 4 * pixels + count_bytes, read)?,
             hits_staging: match key.with_hits {
                 true => Some(buffer("hits on their way", hit_bytes, read)?),
@@ -139,7 +141,7 @@ impl FrameBuffers {
         }
         self.bytes.resize(needed.max(self.bytes.len()), 0);
         if recording.passes() > self.recording.passes() {
-            self.timing = Timing::new(gpu, recording.passes())?;
+            self.timing = timing_of(gpu, &key, &recording)?;
         }
         (self.key, self.recording) = (key, recording);
         Ok(())
@@ -192,17 +194,15 @@ impl FrameBuffers {
         Ok(())
     }
 
-    /// Runs a frame and downloads it. Returns the image, and the duration of its passes.
-    pub(crate) async fn run(
+    /// Binds what passes read, and writes the values of all dispatches.
+    pub(crate) fn prepare(
         &mut self,
         gpu: &Gpu,
-        passes: FramePasses<'_>,
+        passes: &FramePasses<'_>,
         bound: Vec<BoundResource>,
-        extras: FrameExtras<'_>,
         frames: &[FrameUniform],
-    ) -> Result<DrawnFrame, GpuError> {
-        self.bind(gpu, &passes, bound)?;
-        self.reserve_marks(gpu, extras.marks)?;
+    ) -> Result<(), GpuError> {
+        self.bind(gpu, passes, bound)?;
         for (dispatch, bytes) in self
             .recording
             .dispatches
@@ -218,13 +218,32 @@ impl FrameBuffers {
             };
             bytes[..size_of::<FrameUniform>()].copy_from_slice(bytemuck::bytes_of(&frame));
         }
+        gpu.write_buffer(&self.frames, 0, &self.bytes);
+        Ok(())
+    }
+
+    /// Runs a frame and downloads it. Returns the image, and the duration of its passes.
+    pub(crate) async fn run(
+        &mut self,
+        gpu: &Gpu,
+        passes: FramePasses<'_>,
+        bound: Vec<BoundResource>,
+        extras: FrameExtras<'_>,
+        frames: &[FrameUniform],
+    ) -> Result<DrawnFrame, GpuError> {
+        self.reserve_marks(gpu, extras.marks)?;
         if let Some(timing) = &mut self.timing {
             timing.restart();
         }
         let pipelines = FramePipelines::of(gpu, &passes, &self.recording)?;
         let start = Instant::now();
-        gpu.queue.write_buffer(&self.frames, 0, &self.bytes);
-        gpu.with_error_scope(|| self.encode(gpu, &pipelines, extras))?;
+        self.prepare(gpu, &passes, bound, frames)?;
+        gpu.with_error_scope(|| {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            self.encode(gpu, &pipelines, extras, &mut encoder);
+            self.copy_to_staging(&mut encoder, extras);
+            gpu.submit(encoder);
+        })?;
         let duration_ms = match &self.timing {
             Some(timing) => timing.durations_ms(gpu).await?.iter().sum(),
             None => {
@@ -266,86 +285,13 @@ impl FrameBuffers {
         Ok(())
     }
 
-    fn encode(&mut self, gpu: &Gpu, pipelines: &FramePipelines<'_>, extras: FrameExtras<'_>) {
-        let Some([own, resolving]) = &self.groups else {
-            return;
-        };
-        let begin = || {
-            gpu.device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
-        };
-        let mut encoder = begin();
-        let [columns, rows] = self.key.size.map(|side| side.div_ceil(GROUP));
-        let each_pixel = |encoder: &mut wgpu::CommandEncoder, pipeline, offset: u32| {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, resolving, &[offset]);
-            pass.dispatch_workgroups(columns, rows, 1);
-        };
-        let at = |dispatch: usize| self.stride * dispatch as u32;
-        for step in &self.recording.steps {
-            match *step {
-                FrameStep::Clear => {
-                    for table in [Some(&self.colors), Some(&self.counts), extras.marks] {
-                        if let Some(buffer) = table.and_then(StorageBuffer::buffer) {
-                            encoder.clear_buffer(buffer, 0, None);
-                        }
-                    }
-                }
-                FrameStep::Draw(dispatch) => {
-                    if let Some(drawing) = extras.drawing {
-                        let frames = (&self.frames, at(dispatch));
-                        drawing.draw(gpu, &mut encoder, frames, self.timing.as_mut());
-                    }
-                }
-                FrameStep::EmptyBlocks => {
-                    if let Some(live) = self.live.buffer() {
-                        encoder.copy_buffer_to_buffer(&self.no_blocks, 0, live, 0, 16);
-                    }
-                }
-                FrameStep::TakeBlocks => {
-                    if let Some(live) = self.live.buffer() {
-                        encoder.copy_buffer_to_buffer(live, 0, &self.arguments, 0, 12);
-                    }
-                }
-                FrameStep::Pass {
-                    label,
-                    pipeline,
-                    dispatch,
-                    groups,
-                } => {
-                    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                        label: Some(label),
-                        timestamp_writes: self.timing.as_mut().and_then(Timing::next),
-                    });
-                    if let Some(pipeline) = pipelines.frame[pipeline] {
-                        pass.set_pipeline(pipeline);
-                    }
-                    pass.set_bind_group(0, own, &[at(dispatch)]);
-                    match groups {
-                        Some([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-                        None => pass.dispatch_workgroups_indirect(&self.arguments, 0),
-                    }
-                }
-                FrameStep::Count(dispatch) => {
-                    each_pixel(&mut encoder, pipelines.count, at(dispatch));
-                }
-                FrameStep::Resolve(dispatch) => {
-                    each_pixel(&mut encoder, pipelines.resolve, at(dispatch));
-                }
-                FrameStep::KeepHits => {
-                    if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {
-                        encoder.copy_buffer_to_buffer(hits, 0, staging, 0, staging.size());
-                    }
-                }
-                FrameStep::Submit => {
-                    let full = std::mem::replace(&mut encoder, begin());
-                    gpu.submit(full);
-                }
-            }
-        }
-        self.copy_to_staging(&mut encoder, extras);
-        gpu.submit(encoder);
+    pub(crate) fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// Returns the hits, the colors and the frames, for who draws them elsewhere.
+    pub(crate) fn results(&self) -> [Option<&wgpu::Buffer>; 3] {
+        [self.hits.buffer(), self.colors.buffer(), Some(&self.frames)]
     }
 
     /// Copies the pixels, the counts and the marks to staging buffers.
@@ -407,6 +353,14 @@ impl FrameBuffers {
             statistics: RayStatistics::of_histograms(pixels, histograms),
             hit_pixels,
         })
+    }
+}
+
+/// Returns what takes the time of passes, unless a host submits them.
+fn timing_of(gpu: &Gpu, key: &FrameKey, recording: &Recording) -> Result<Option<Timing>, GpuError> {
+    match key.for_host {
+        true => Ok(None),
+        false => Timing::new(gpu, recording.passes()),
     }
 }
 

@@ -12,10 +12,10 @@ pub(crate) struct FramePasses<'a> {
 
 /// The pipelines of a frame, compiled before it is timed.
 pub(crate) struct FramePipelines<'a> {
-    /// By the index of a step. `None` where no step uses it.
+    /// By the index of a step. `None` where no step uses it, as with the others.
     pub frame: Vec<Option<&'a wgpu::ComputePipeline>>,
-    pub count: &'a wgpu::ComputePipeline,
-    pub resolve: &'a wgpu::ComputePipeline,
+    pub count: Option<&'a wgpu::ComputePipeline>,
+    pub resolve: Option<&'a wgpu::ComputePipeline>,
 }
 
 impl<'a> FramePipelines<'a> {
@@ -25,17 +25,22 @@ impl<'a> FramePipelines<'a> {
         passes: &FramePasses<'a>,
         recording: &Recording,
     ) -> Result<Self, GpuError> {
-        let mut frame = Vec::new();
+        let mut all = Self {
+            frame: Vec::new(),
+            count: None,
+            resolve: None,
+        };
         for step in &recording.steps {
-            if let FrameStep::Pass { pipeline, .. } = *step {
-                frame.resize(frame.len().max(pipeline + 1), None);
-                frame[pipeline] = Some(passes.frame.at(gpu, pipeline)?);
+            match *step {
+                FrameStep::Pass { pipeline, .. } => {
+                    all.frame.resize(all.frame.len().max(pipeline + 1), None);
+                    all.frame[pipeline] = Some(passes.frame.at(gpu, pipeline)?);
+                }
+                FrameStep::Count(_) => all.count = Some(passes.resolve.get(gpu, "count")?),
+                FrameStep::Resolve(_) => all.resolve = Some(passes.resolve.get(gpu, "resolve")?),
+                _ => {}
             }
         }
-        Ok(Self {
-            frame,
-            count: passes.resolve.get(gpu, "count")?,
-            resolve: passes.resolve.get(gpu, "resolve")?,
-        })
+        Ok(all)
     }
 }

@@ -180,6 +180,7 @@ mod tests {
                 max_steps: 10,
                 field: (length, 1),
                 with_hits: false,
+                for_host: false,
                 more: Default::default(),
             };
             for (has_cones, step) in [(false, GROUP), (true, GROUP * GROUP)] {

@@ -29,6 +29,10 @@ mod frame_pipelines;
 #[cfg(feature = "device")]
 mod frame_stages;
 #[cfg(feature = "device")]
+mod host_device;
+#[cfg(feature = "device")]
+mod host_frame;
+#[cfg(feature = "device")]
 mod levels;
 #[cfg(feature = "device")]
 mod march_passes;
@@ -81,9 +85,13 @@ mod volume;
 #[cfg(feature = "device")]
 mod work;
 
+/// The version of wgpu whose devices [`Gpu::from_wgpu`] takes.
+#[cfg(feature = "device")]
+pub use wgpu;
 #[cfg(feature = "device")]
 pub use {
     device::{Gpu, devices},
+    host_frame::{HostFrame, HostTargets},
     path_buffers::PathWork,
     program::GpuProgram,
     raster::GpuMesh,

@@ -133,8 +133,7 @@ impl MarchPasses {
         let cases = gpu.with_error_scope(|| {
             let cases = uniform_of::<[u64; 256]>(gpu, "cases");
             let packed = cases_packed();
-            gpu.queue
-                .write_buffer(&cases, 0, bytemuck::cast_slice(&packed));
+            gpu.write_buffer(&cases, 0, bytemuck::cast_slice(&packed));
             cases
         })?;
         Ok(Self {

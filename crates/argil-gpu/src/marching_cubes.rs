@@ -137,9 +137,8 @@ impl GpuVolume {
                 uniform_for(gpu, "volume", words.len() as u64),
                 uniform_of::<MarchingUniform>(gpu, "marching"),
             ];
-            gpu.queue.write_buffer(&uniforms[0], 0, &words);
-            gpu.queue
-                .write_buffer(&uniforms[1], 0, bytemuck::bytes_of(&marching));
+            gpu.write_buffer(&uniforms[0], 0, &words);
+            gpu.write_buffer(&uniforms[1], 0, bytemuck::bytes_of(&marching));
             uniforms
         })?;
         let inputs = MarchInputs {
@@ -287,8 +286,7 @@ async fn unindex(
     let mut unindexed = StorageBuffer::drawn("corners");
     unindexed.reserve_exact(gpu, 72 * u64::from(triangles))?;
     let bind_group = gpu.with_error_scope(|| {
-        gpu.queue
-            .write_buffer(uniform, 0, bytemuck::bytes_of(marching));
+        gpu.write_buffer(uniform, 0, bytemuck::bytes_of(marching));
         let mut entries = vec![entry(MARCHING, uniform)];
         entries.extend(shared.out.binding(VERTICES));
         entries.extend(shared.indices.as_ref().and_then(|t| t.binding(TRIANGLES)));
@@ -420,8 +418,7 @@ async fn refine(
             vertices: marching.vertices.min(first_vertex.saturating_add(chunk)),
             ..*marching
         };
-        gpu.queue
-            .write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
+        gpu.write_buffer(uniform, 0, bytemuck::bytes_of(&marching));
         let count = marching.vertices - first_vertex;
         recorder
             .pass("refine", project, &bind_group, groups(count, 64))

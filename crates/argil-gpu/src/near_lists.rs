@@ -139,7 +139,7 @@ impl NearLists {
                 Some(gpu.with_error_scope(|| uniform_of::<NearUniform>(gpu, "grid of lists"))?);
         }
         if let Some(uniform) = &self.uniform {
-            gpu.queue.write_buffer(uniform, 0, bytemuck::bytes_of(grid));
+            gpu.write_buffer(uniform, 0, bytemuck::bytes_of(grid));
         }
         Ok(())
     }

@@ -81,8 +81,7 @@ impl PathBuffers {
                 uniform_of::<PathUniform>(gpu, "paths"),
             )
         })?;
-        gpu.queue
-            .write_buffer(&frame, 0, bytemuck::bytes_of(work.frame));
+        gpu.write_buffer(&frame, 0, bytemuck::bytes_of(work.frame));
         Ok(Self {
             band: band as u32,
             frame,
@@ -125,8 +124,7 @@ impl PathBuffers {
 
     /// Forgets all paths.
     pub(crate) fn restart(&self, gpu: &Gpu, uniform: &PathUniform) {
-        gpu.queue
-            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(uniform));
+        gpu.write_buffer(&self.uniform, 0, bytemuck::bytes_of(uniform));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for buffer in [&self.states, &self.pixels]
             .into_iter()

@@ -59,6 +59,8 @@ pub(crate) struct FrameKey {
     /// Instructions of the program, and evaluations that a thread may do per dispatch.
     pub field: (usize, u32),
     pub with_hits: bool,
+    /// Whether a host submits the passes, and draws what they find.
+    pub for_host: bool,
     pub more: MoreLight,
 }
 

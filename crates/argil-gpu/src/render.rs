@@ -147,6 +147,7 @@ pub(crate) fn frame_module(field_wgsl: &str, way: &TraceMode, has_more: bool) ->
 }
 
 /// The passes of an image.
+#[derive(Debug)]
 pub(crate) struct RenderPasses {
     way: &'static TraceMode,
     passes: Passes,
@@ -186,6 +187,28 @@ impl RenderPasses {
             });
         };
         let gpu = field.gpu();
+        let mut target = self.target(field, frames, (with_hits, false), self.take())?;
+        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
+        let passes = self.with(&resolve);
+        let bound = field.bound().chain(bound).collect();
+        let drawn = target.run(gpu, passes, bound, extras, frames).await?;
+        if u64::from(first.width) * u64::from(first.height) <= MAX_CACHED {
+            let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+            *place = Some(target);
+        }
+        Ok(drawn)
+    }
+
+    /// Returns the buffers of a frame with its recording: those of the frame before, if they fit.
+    pub(crate) fn target(
+        &self,
+        field: &GpuProgram,
+        frames: &[FrameUniform],
+        (with_hits, for_host): (bool, bool),
+        kept: Option<FrameBuffers>,
+    ) -> Result<FrameBuffers, GpuError> {
+        let gpu = field.gpu();
+        let first = frames.first().copied().unwrap_or_default();
         if first.normals == argil_abi::NORMALS_FIELD {
             field.check_length()?;
         }
@@ -198,29 +221,25 @@ impl RenderPasses {
             max_steps: first.max_steps,
             field: (field.length(), field.budget),
             with_hits,
-            more: MoreLight::of(first),
+            for_host,
+            more: MoreLight::of(&first),
         };
         let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
-        let kept = self.take().filter(|target| target.fits(&key));
-        let mut target = match kept {
+        match kept.filter(|target| target.fits(&key)) {
             Some(mut target) => {
                 target.follow(gpu, key, record)?;
-                target
+                Ok(target)
             }
-            None => FrameBuffers::new(gpu, key, record(), self.way.has_cones)?,
-        };
-        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
-        let passes = FramePasses {
-            frame: &self.passes,
-            resolve: &resolve,
-        };
-        let bound = field.bound().chain(bound).collect();
-        let drawn = target.run(gpu, passes, bound, extras, frames).await?;
-        if u64::from(first.width) * u64::from(first.height) <= MAX_CACHED {
-            let mut place = self.target.lock().unwrap_or_else(PoisonError::into_inner);
-            *place = Some(target);
+            None => FrameBuffers::new(gpu, key, record(), self.way.has_cones),
         }
-        Ok(drawn)
+    }
+
+    /// Returns the passes with those that resolve frames.
+    pub(crate) fn with<'a>(&'a self, resolve: &'a Passes) -> FramePasses<'a> {
+        FramePasses {
+            frame: &self.passes,
+            resolve,
+        }
     }
 
     /// Takes the buffers of the previous frame, if nobody else renders with them.
@@ -264,7 +283,8 @@ impl RenderPasses {
                     } else {
                         1
                     };
-                    if work > 0 && work + own * length > WORK_PER_DISPATCH {
+                    // A host submits all at once.
+                    if !key.for_host && work > 0 && work + own * length > WORK_PER_DISPATCH {
                         all.steps.push(FrameStep::Submit);
                         work = 0;
                     }
@@ -298,13 +318,13 @@ impl RenderPasses {
                     all.dispatches.push(own);
                 }
             }
-            if sample == 0 {
+            if sample == 0 && !key.for_host {
                 all.steps.push(FrameStep::Count(whole));
                 if key.with_hits {
                     all.steps.push(FrameStep::KeepHits);
                 }
             }
-            if sample + 1 == key.samples {
+            if sample + 1 == key.samples && !key.for_host {
                 all.steps.push(FrameStep::Resolve(whole));
             }
         }

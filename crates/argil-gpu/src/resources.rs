@@ -115,7 +115,7 @@ pub(crate) async fn upload(
             );
         })?;
         // The staging memory is freed once it has arrived.
-        gpu.flush();
+        gpu.flush()?;
         gpu.wait().await?;
     }
     Ok(())

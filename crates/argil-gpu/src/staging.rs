@@ -71,10 +71,12 @@ impl Gpu {
         look: impl FnOnce(&[u8]),
     ) -> Result<(), GpuError> {
         let (sender, receiver) = futures_channel::oneshot::channel();
-        staged.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below.
-            let _ = sender.send(result);
-        });
+        self.with_error_scope(|| {
+            staged.map_async(wgpu::MapMode::Read, move |result| {
+                // The receiver waits below.
+                let _ = sender.send(result);
+            });
+        })?;
         self.poll()?;
         let lost = |reason: String| GpuError::Lost(reason);
         receiver
@@ -106,7 +108,7 @@ mod tests {
             mapped_at_creation: false,
         });
         let bytes: Vec<u8> = (0..4096).map(|i| (i % 251) as u8).collect();
-        gpu.queue.write_buffer(&source, 0, &bytes);
+        gpu.write_buffer(&source, 0, &bytes);
         let read = |count: usize| pollster::block_on(gpu.read_back(&source, count as u64));
         assert_eq!(read(4096).expect("bytes"), bytes);
         let created = gpu.counters().buffers;

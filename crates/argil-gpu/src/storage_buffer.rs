@@ -96,7 +96,7 @@ impl StorageBuffer {
         if let Some(buffer) = &self.buffer
             && !bytes.is_empty()
         {
-            gpu.queue.write_buffer(buffer, at, bytes);
+            gpu.write_buffer(buffer, at, bytes);
         }
     }
 

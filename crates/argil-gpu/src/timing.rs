@@ -1,6 +1,7 @@
 use crate::{Gpu, GpuError};
 
 /// Timestamps at the beginning and end of each pass of a frame.
+#[derive(Debug)]
 pub(crate) struct Timing {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,

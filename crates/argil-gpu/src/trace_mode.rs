@@ -50,7 +50,7 @@ pub(crate) const VOLUME_BINDS: [Bind; 3] = [
 ];
 
 /// What a frame is bound to. It is compared, so that nothing is bound again while it stays the same.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum BoundResource {
     /// A number of bytes of a buffer, or all of it.
     Buffer(u32, wgpu::Buffer, Option<u64>),

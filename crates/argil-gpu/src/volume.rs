@@ -3,6 +3,7 @@
 use crate::frame_extras::FrameExtras;
 use crate::path_buffers::PathWork;
 use crate::recording::MoreLight;
+use crate::render::RenderPasses;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
@@ -230,8 +231,7 @@ impl GpuVolume {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
-        let bound = self.bound(field.gpu(), first);
-        let passes = field.picture(self.kind.way(), MoreLight::of(first))?;
+        let (passes, bound) = self.picture(field, first)?;
         let extras = FrameExtras {
             drawing: None,
             marks: self.kind.marks(),
@@ -241,11 +241,20 @@ impl GpuVolume {
         Ok((drawn.picture, drawn.duration_ms))
     }
 
+    /// Returns the passes of a frame, and what they are bound to.
+    pub(crate) fn picture(
+        &self,
+        field: &GpuProgram,
+        first: &FrameUniform,
+    ) -> Result<(Arc<RenderPasses>, Vec<BoundResource>), GpuError> {
+        let passes = field.picture(self.kind.way(), MoreLight::of(first))?;
+        Ok((passes, self.bound(field.gpu(), first)))
+    }
+
     /// Writes the uniform, and returns what passes are bound to.
     fn bound(&self, gpu: &Gpu, frame: &FrameUniform) -> Vec<BoundResource> {
         let uniform = &self.body.uniform;
-        gpu.queue
-            .write_buffer(uniform, 0, &self.kind.uniform(frame));
+        gpu.write_buffer(uniform, 0, &self.kind.uniform(frame));
         let mut bound = vec![
             BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
             BoundResource::View(argil_abi::BIND_STORED, self.body.view.clone()),

@@ -14,6 +14,7 @@ mod live_image;
 mod octree;
 mod octree_trace;
 mod path;
+mod perspective;
 mod probe;
 mod pruned_trace;
 mod raster;
@@ -42,6 +43,7 @@ pub use path::{
     Development, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
     PathTables, PathView, Still, StillOptions, continue_paths, denoised, developed, trace_paths,
 };
+pub use perspective::Perspective;
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
 pub use ray_stats::{Percentiles, RayStatistics};
@@ -55,6 +57,8 @@ pub use view_light::ViewLight;
 pub mod wgsl {
     /// Primary rays.
     pub const CAMERA: &str = include_str!("camera.wgsl");
+    /// Drawing into the targets of a host.
+    pub const COMPOSITE: &str = include_str!("composite.wgsl");
     /// Marching through the field.
     pub const FIELD: &str = concat!(
         include_str!("field_lighting.wgsl"),

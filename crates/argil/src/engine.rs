@@ -79,6 +79,38 @@ impl Engine {
         }
     }
 
+    /// Creates an engine on a GPU that is open already, such as one on the device of a program with its own renderer.
+    ///
+    /// ```
+    /// # #[cfg(feature = "gpu")] {
+    /// use argil::gpu::{Gpu, wgpu};
+    /// use argil::prelude::*;
+    /// # fn host_device() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
+    /// #     let instance = wgpu::Instance::default();
+    /// #     let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
+    /// #     let descriptor = wgpu::DeviceDescriptor {
+    /// #         required_limits: Gpu::required_limits(&adapter),
+    /// #         ..Default::default()
+    /// #     };
+    /// #     Ok(pollster::block_on(adapter.request_device(&descriptor))?)
+    /// # }
+    /// let (device, queue) = host_device()?;
+    /// let engine = Engine::on_gpu(Gpu::from_wgpu(device, queue)?);
+    /// let mut scene = Scene::new();
+    /// scene.push(Shape::sphere(0.5))?;
+    /// let world = engine.build(&scene)?.bricks(32)?;
+    /// # let _ = world;
+    /// # }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn on_gpu(gpu: impl Into<Arc<Gpu>>) -> Self {
+        Self {
+            gpu: Some(gpu.into()),
+            selection_reason: "the host gave a GPU".into(),
+            control: Control::default(),
+        }
+    }
+
     /// Lists the graphics devices of this machine, as a future: see [`Engine::devices`].
     pub async fn devices_async() -> Vec<DeviceInfo> {
         argil_gpu::devices().await

@@ -159,6 +159,17 @@ pub enum RenderError {
     /// A [`Control`](argil_math::Control) canceled the work.
     #[error("canceled")]
     Cancelled,
+    /// A host's frame needs a world on its device.
+    #[error("the world is on the CPU: build it with `Engine::on_gpu` and the device of the host")]
+    NotOnGpu,
+    /// A host draws triangles itself.
+    #[error("the world consists of triangles: draw them, or choose the field or a volume")]
+    Triangles,
+    /// A matrix does not project from an eye.
+    #[error(
+        "the matrix is no perspective: it must be finite and have an inverse, and its rays must meet in the eye"
+    )]
+    NoPerspective,
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),

@@ -15,6 +15,8 @@ mod export;
 mod external_files;
 mod field_mesh;
 mod heightmap;
+#[cfg(feature = "gpu")]
+mod host;
 mod image;
 mod image_assets;
 mod levels_mesh;

@@ -4,6 +4,7 @@ use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
 use crate::{RenderError, RenderedImage, Representation, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
+use argil_gpu::{GpuProgram, GpuVolume};
 use argil_math::Aabb;
 use argil_render::{
     Camera, LitBricks, LiveImage, RenderMode, RenderOutput, RenderSettings, RenderSource,
@@ -152,6 +153,19 @@ impl World {
         }
     }
 
+    /// Gives a volume on the device the levels that light reads. What does not fit on the device is not read.
+    pub(crate) fn set_light(
+        &self,
+        field: &GpuProgram,
+        volume: &GpuVolume,
+    ) -> Result<(), argil_gpu::GpuError> {
+        let light = self.light_for(RenderMode::Shaded);
+        if volume.set_light(field.gpu(), light.as_ref()).is_err() {
+            volume.set_light(field.gpu(), None)?;
+        }
+        Ok(())
+    }
+
     async fn picture(
         &self,
         camera: &Camera,
@@ -171,7 +185,6 @@ impl World {
             self.view_bounds,
         );
         let start = Instant::now();
-        let light = self.light_for(settings.mode);
         if let Some(field) = &self.gpu {
             field.upload_instructions(|| self.program());
             let (picture, duration_ms) = match &self.storage {
@@ -179,10 +192,7 @@ impl World {
                     volume.render(field, &frames, with_hits).await?
                 }
                 Storage::Gpu(volume) => {
-                    // What does not fit on the device is not read.
-                    if volume.set_light(field.gpu(), light.as_ref()).is_err() {
-                        volume.set_light(field.gpu(), None)?;
-                    }
+                    self.set_light(field, volume)?;
                     volume.render(field, &frames, with_hits).await?
                 }
                 Storage::Mesh(MeshStorage {
@@ -193,6 +203,7 @@ impl World {
             };
             return Ok((picture, duration_ms));
         }
+        let light = self.light_for(settings.mode);
         let control = &self.engine.control;
         let picture = self.with_source(light.as_deref(), |through| {
             argil_render::render_with_control(self.program(), through, &frames, with_hits, control)

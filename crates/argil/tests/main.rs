@@ -8,6 +8,10 @@ mod futures;
 mod gpu_more_light;
 mod gpu_stills;
 mod grow;
+#[cfg(feature = "gpu")]
+mod host;
+#[cfg(feature = "gpu")]
+mod host_common;
 mod iso_levels;
 mod levels;
 mod levels_common;

@@ -305,10 +305,8 @@ impl<'a> BoundBuild<'a> {
         let bits = TexelFormat::of(site.texture.format()).bits();
         let passes = BrickPasses::of(field, bits, order.words.brick_size_voxels)?;
         scratch.reserve_arguments(gpu, order.words.chunks)?;
-        gpu.queue
-            .write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
-        gpu.queue
-            .write_buffer(&scratch.prune, 0, bytemuck::bytes_of(&order.prune));
+        gpu.write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
+        gpu.write_buffer(&scratch.prune, 0, bytemuck::bytes_of(&order.prune));
         let bound = groups_of(field, scratch, site, order, &passes)?;
         Ok(Self {
             field,
@@ -377,8 +375,7 @@ impl<'a> BoundBuild<'a> {
                 first_layer: chunk * order.words.chunk,
                 ..order.fill
             };
-            gpu.queue
-                .write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
+            gpu.write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Indirect(indirect, ARGUMENT_BYTES * u64::from(chunk));
             recorder
                 .pass("fill", build("fill_bricks")?, bind_group, groups)

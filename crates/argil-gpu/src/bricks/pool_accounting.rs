@@ -167,7 +167,7 @@ impl PoolAccounting {
             // It is called once.
             let _ = note.set(result);
         };
-        buffer.slice(..).map_async(wgpu::MapMode::Read, arrive);
+        gpu.with_error_scope(|| buffer.slice(..).map_async(wgpu::MapMode::Read, arrive))?;
         self.letter = Some(PendingReadback {
             buffer,
             arrived,

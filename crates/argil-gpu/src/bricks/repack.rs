@@ -75,10 +75,8 @@ impl RepackPass {
         gpu.with_error_scope(|| {
             let volume = uniform_of::<BrickUniform>(gpu, "volume");
             let old_pool = uniform_of::<[u32; 4]>(gpu, "the pool before");
-            gpu.queue
-                .write_buffer(&volume, 0, bytemuck::bytes_of(&words));
-            gpu.queue
-                .write_buffer(&old_pool, 0, bytemuck::bytes_of(&before));
+            gpu.write_buffer(&volume, 0, bytemuck::bytes_of(&words));
+            gpu.write_buffer(&old_pool, 0, bytemuck::bytes_of(&before));
             let texture = |binding, view| wgpu::BindGroupEntry {
                 binding,
                 resource: wgpu::BindingResource::TextureView(view),

@@ -163,7 +163,7 @@ impl LevelPool {
             })?;
             sent += staged.len() as u64;
             if sent > STAGING_BYTES {
-                gpu.flush();
+                gpu.flush()?;
                 sent = 0;
             }
         }

@@ -142,8 +142,7 @@ impl<'a> OctreeBuilder<'a> {
             let volume = uniform_of::<OctreeUniform>(gpu, "volume");
             (volume, uniform_of::<FillUniform>(gpu, "fill"), arguments)
         })?;
-        gpu.queue
-            .write_buffer(&volume, 0, bytemuck::bytes_of(words));
+        gpu.write_buffer(&volume, 0, bytemuck::bytes_of(words));
         clear(gpu, [&tables.words, &tables.nodes, &occupied])?;
         Ok(Self {
             field,
@@ -264,8 +263,7 @@ impl<'a> OctreeBuilder<'a> {
                 layer_count: count,
                 ..fill
             };
-            gpu.queue
-                .write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
+            gpu.write_buffer(&self.fill, 0, bytemuck::bytes_of(&fill));
             let groups = DispatchSize::Indirect(&self.arguments, 0);
             let bricks = passes.get(gpu, "fill_bricks")?;
             recorder.pass("fill", bricks, &group, groups).await?;

@@ -1,0 +1,282 @@
+//! Frames in the encoder and the targets of a host that has its own renderer.
+
+use crate::frame::FrameBuffers;
+use crate::frame_extras::FrameExtras;
+use crate::frame_pipelines::FramePipelines;
+use crate::pass_module::Passes;
+use crate::recording::MoreLight;
+use crate::render::RenderPasses;
+use crate::resolve::resolve_module;
+use crate::trace_mode::BoundResource;
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
+use argil_abi::FrameUniform;
+use argil_render::wgsl;
+use std::sync::Arc;
+
+/// The bindings, as the shader names them.
+const BINDS_WGSL: &str = "
+@group(0) @binding(0) var<uniform> frame: FrameUniform;
+@group(0) @binding(1) var<uniform> host_view: HostView;
+@group(0) @binding(2) var<storage, read> hits: array<Hit>;
+@group(0) @binding(3) var<storage, read> colors: array<vec4<f32>>;
+";
+
+/// The targets of a host's render pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HostTargets {
+    /// The format of the only color target. Formats with sRGB and with floats take linear colors, others sRGB.
+    pub color: wgpu::TextureFormat,
+    /// The depth buffer, with the host's comparison: `Less`, or `Greater` where depth is reversed.
+    pub depth: Option<wgpu::DepthStencilState>,
+    /// Samples of each pixel of the targets.
+    pub sample_count: u32,
+}
+
+/// What the shader reads besides the frame.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct HostView {
+    clip_from_world: [[f32; 4]; 4],
+    takes_linear: u32,
+    has_linear: u32,
+    padding: [u32; 2],
+}
+
+/// A frame of a host, whose buffers are kept from one to the next: one for each view.
+///
+/// It is encoded, and then drawn in a render pass of the same submission.
+#[derive(Debug)]
+pub struct HostFrame {
+    takes_linear: bool,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+    view: wgpu::Buffer,
+    /// The buffers, and the passes that they are for.
+    buffers: Option<(FrameBuffers, Arc<RenderPasses>)>,
+    /// What is drawn, with the buffers that it reads.
+    drawn: Option<(wgpu::BindGroup, [wgpu::Buffer; 3])>,
+}
+
+impl HostFrame {
+    /// Compiles what draws into some targets.
+    ///
+    /// # Errors
+    /// If the device refuses a target, for example a color format that cannot be drawn to.
+    pub fn new(gpu: &Gpu, targets: &HostTargets) -> Result<Self, GpuError> {
+        let name = "HostFrame";
+        let source = [
+            &argil_abi::wgsl(),
+            BINDS_WGSL,
+            wgsl::CAMERA,
+            wgsl::COMPOSITE,
+        ]
+        .concat();
+        let (layout, pipeline, view) = gpu.with_error_scope(|| {
+            let layout = host_layout(gpu, name);
+            let pipeline_layout =
+                gpu.device
+                    .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                        label: Some(name),
+                        bind_group_layouts: &[Some(&layout)],
+                        immediate_size: 0,
+                    });
+            let module = gpu
+                .device
+                .create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some(name),
+                    source: wgpu::ShaderSource::Wgsl(source.into()),
+                });
+            let entry_point = match targets.depth {
+                Some(_) => "with_depth",
+                None => "without_depth",
+            };
+            gpu.counters.pipelines.add(1);
+            let pipeline = gpu
+                .device
+                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(name),
+                    layout: Some(&pipeline_layout),
+                    vertex: wgpu::VertexState {
+                        module: &module,
+                        entry_point: Some("cover"),
+                        compilation_options: Default::default(),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: targets.depth.clone(),
+                    multisample: wgpu::MultisampleState {
+                        count: targets.sample_count,
+                        ..Default::default()
+                    },
+                    fragment: Some(wgpu::FragmentState {
+                        module: &module,
+                        entry_point: Some(entry_point),
+                        compilation_options: Default::default(),
+                        targets: &[Some(targets.color.into())],
+                    }),
+                    multiview_mask: None,
+                    cache: gpu.pipeline_cache(),
+                });
+            let view = gpu.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("view of the host"),
+                size: size_of::<HostView>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            (layout, pipeline, view)
+        })?;
+        Ok(Self {
+            takes_linear: takes_linear(targets.color),
+            layout,
+            pipeline,
+            view,
+            buffers: None,
+            drawn: None,
+        })
+    }
+
+    /// Draws the frame that was encoded last into a pass with the targets. Does nothing if there is none.
+    pub fn composite(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some((group, _)) = &self.drawn {
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Encodes a frame through the field.
+    ///
+    /// # Errors
+    /// If the device cannot evaluate the program, or the image exceeds its memory.
+    pub fn encode_field(
+        &mut self,
+        field: &GpuProgram,
+        (frames, clip_from_world): (&[FrameUniform], [[f32; 4]; 4]),
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<(), GpuError> {
+        let Some(first) = frames.first() else {
+            return Ok(());
+        };
+        let (way, bound) = field.field_way()?;
+        let passes = field.picture(way, MoreLight::of(first))?;
+        self.write_view(field.gpu(), first, clip_from_world);
+        self.encode(field, (passes, bound), frames, encoder)
+    }
+
+    /// Encodes a frame through a volume of the same device.
+    ///
+    /// # Errors
+    /// If the image exceeds the device's memory.
+    pub fn encode_volume(
+        &mut self,
+        field: &GpuProgram,
+        volume: &GpuVolume,
+        (frames, clip_from_world): (&[FrameUniform], [[f32; 4]; 4]),
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<(), GpuError> {
+        let Some(first) = frames.first() else {
+            return Ok(());
+        };
+        let (passes, bound) = volume.picture(field, first)?;
+        self.write_view(field.gpu(), first, clip_from_world);
+        self.encode(field, (passes, bound), frames, encoder)
+    }
+
+    fn write_view(&self, gpu: &Gpu, frame: &FrameUniform, clip_from_world: [[f32; 4]; 4]) {
+        let view = HostView {
+            clip_from_world,
+            takes_linear: self.takes_linear.into(),
+            has_linear: (frame.mode == argil_abi::MODE_SHADED).into(),
+            padding: [0; 2],
+        };
+        gpu.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+    }
+
+    fn encode(
+        &mut self,
+        field: &GpuProgram,
+        (of_mode, bound): (Arc<RenderPasses>, Vec<BoundResource>),
+        frames: &[FrameUniform],
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<(), GpuError> {
+        let gpu = field.gpu();
+        let kept = self.buffers.take();
+        // Another world has other passes.
+        let kept = kept.filter(|(_, own)| Arc::ptr_eq(own, &of_mode));
+        let kept = kept.map(|(buffers, _)| buffers);
+        let mut buffers = of_mode.target(field, frames, (false, true), kept)?;
+        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
+        let passes = of_mode.with(&resolve);
+        let bound = field.bound().chain(bound).collect();
+        buffers.prepare(gpu, &passes, bound, frames)?;
+        let pipelines = FramePipelines::of(gpu, &passes, buffers.recording())?;
+        buffers.encode(gpu, &pipelines, FrameExtras::default(), encoder);
+        let [Some(hits), Some(colors), Some(frames)] = buffers.results().map(Option::<&_>::cloned)
+        else {
+            return Err(GpuError::Lost("no buffer".into()));
+        };
+        let read = [frames, hits, colors];
+        if self.drawn.as_ref().is_none_or(|(_, own)| *own != read) {
+            let group = gpu.with_error_scope(|| self.group(gpu, &read))?;
+            self.drawn = Some((group, read));
+        }
+        self.buffers = Some((buffers, of_mode));
+        gpu.fault().map_or(Ok(()), Err)
+    }
+
+    fn group(&self, gpu: &Gpu, [frames, hits, colors]: &[wgpu::Buffer; 3]) -> wgpu::BindGroup {
+        let frame = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: frames,
+            offset: 0,
+            size: std::num::NonZeroU64::new(size_of::<FrameUniform>() as u64),
+        });
+        let all = [
+            frame,
+            self.view.as_entire_binding(),
+            hits.as_entire_binding(),
+            colors.as_entire_binding(),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(all)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("HostFrame"),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+}
+
+/// Whether a format takes linear colors.
+fn takes_linear(format: wgpu::TextureFormat) -> bool {
+    use wgpu::TextureFormat as Format;
+    let is_float = matches!(
+        format,
+        Format::Rgba16Float | Format::Rgba32Float | Format::Rg11b10Ufloat
+    );
+    is_float || format.is_srgb()
+}
+
+fn host_layout(gpu: &Gpu, label: &str) -> wgpu::BindGroupLayout {
+    let uniform = wgpu::BufferBindingType::Uniform;
+    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let entries: Vec<_> = (0..)
+        .zip([uniform, uniform, storage, storage])
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        })
+}

@@ -1,0 +1,66 @@
+// Draws what a frame's rays hit into the targets of a host. A triangle covers the viewport.
+
+struct HostView {
+    clip_from_world: mat4x4<f32>,
+    // Whether the target takes linear colors, and whether the frame has them.
+    takes_linear: u32,
+    has_linear: u32,
+}
+
+// The sRGB transfer function and its inverse (IEC 61966-2-1).
+fn srgb_of(c: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
+}
+
+fn linear_of(c: vec3<f32>) -> vec3<f32> {
+    return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
+}
+
+struct Covered {
+    @builtin(position) position: vec4<f32>,
+    @location(0) place: vec2<f32>,
+}
+
+@vertex
+fn cover(@builtin(vertex_index) index: u32) -> Covered {
+    let corner = vec2(f32((index << 1u) & 2u), f32(index & 2u));
+    return Covered(vec4(corner.x * 2.0 - 1.0, 1.0 - corner.y * 2.0, 0.0, 1.0), corner);
+}
+
+struct Drawn {
+    @location(0) color: vec4<f32>,
+    @builtin(frag_depth) depth: f32,
+}
+
+fn drawn(covered: Covered) -> Drawn {
+    let size = vec2<f32>(f32(frame.width), f32(frame.height));
+    let pixel = vec2<u32>(clamp(covered.place * size, vec2(0.0), size - 1.0));
+    let at = pixel.y * frame.width + pixel.x;
+    let hit = hits[at];
+    let ray = primary_ray(pixel.x, pixel.y);
+    let point = ray.origin + ray.direction * hit.normal_t.w;
+    let clip = host_view.clip_from_world * vec4(point, 1.0);
+    if hit.kind == HIT_NONE || clip.w <= 0.0 || clip.z < 0.0 || clip.z > clip.w {
+        discard;
+    }
+    var color = max(colors[at].xyz, vec3(0.0));
+    if host_view.takes_linear != host_view.has_linear {
+        if host_view.takes_linear != 0u {
+            color = linear_of(color);
+        } else {
+            color = srgb_of(color);
+        }
+    }
+    return Drawn(vec4(color, 1.0), clip.z / clip.w);
+}
+
+@fragment
+fn with_depth(covered: Covered) -> Drawn {
+    return drawn(covered);
+}
+
+// For a host without a depth buffer.
+@fragment
+fn without_depth(covered: Covered) -> @location(0) vec4<f32> {
+    return drawn(covered).color;
+}

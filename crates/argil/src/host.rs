@@ -1,0 +1,90 @@
+//! Worlds in the frames of programs that have their own renderer.
+
+use crate::representation::{MeshStorage, Storage, StoredTriangles};
+use crate::{RenderError, World, rendering};
+use argil_gpu::{HostFrame, HostTargets, wgpu};
+use argil_render::{Perspective, RenderMode, RenderSettings, frame_uniforms};
+
+impl World {
+    /// Prepares to draw frames into the targets of a host. Each view needs its own, and keeps its buffers from frame to frame.
+    ///
+    /// ```no_run
+    /// use argil::gpu::{HostTargets, wgpu};
+    /// use argil::prelude::*;
+    /// # fn draw(world: &World, device: &wgpu::Device, queue: &wgpu::Queue,
+    /// #         clip_from_world: [[f32; 4]; 4], mut begin: impl FnMut(&mut wgpu::CommandEncoder) -> wgpu::RenderPass<'static>)
+    /// # -> Result<(), Box<dyn std::error::Error>> {
+    /// let targets = HostTargets {
+    ///     color: wgpu::TextureFormat::Rgba8UnormSrgb,
+    ///     depth: None,
+    ///     sample_count: 1,
+    /// };
+    /// let mut frame = world.host_frame(&targets)?;
+    /// let settings = RenderSettings { size: [1280, 720], ..RenderSettings::default() };
+    /// // In each frame:
+    /// let mut encoder = device.create_command_encoder(&Default::default());
+    /// world.encode_frame(&mut frame, clip_from_world, &settings, &mut encoder)?;
+    /// let mut pass = begin(&mut encoder);
+    /// frame.composite(&mut pass);
+    /// drop(pass);
+    /// queue.submit([encoder.finish()]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// If the world is on the CPU, or the device refuses a target.
+    pub fn host_frame(&self, targets: &HostTargets) -> Result<HostFrame, RenderError> {
+        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
+        Ok(HostFrame::new(field.gpu(), targets)?)
+    }
+
+    /// Encodes a frame of the world, which [`HostFrame::composite`] draws later in the same submission. `clip_from_world` is
+    /// the host's projection times its view, by columns: any perspective, with reversed or infinite depth too.
+    ///
+    /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
+    /// unless an edit needs memory. The host waits for nothing but may have only one submission of a [`HostFrame`] between two
+    /// encodings of it. A field that was edited submits the passes that make its lists first.
+    /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
+    /// Levels show the pages that they have, and ask for no others.
+    ///
+    /// # Errors
+    /// If the world is on the CPU or of triangles, a setting is out of range, the matrix is no perspective, or the device fails.
+    pub fn encode_frame(
+        &self,
+        frame: &mut HostFrame,
+        clip_from_world: [[f32; 4]; 4],
+        settings: &RenderSettings,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<(), RenderError> {
+        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
+        let view = Perspective::from_matrix(clip_from_world).ok_or(RenderError::NoPerspective)?;
+        let camera = view.camera();
+        rendering::check(&camera, settings)?;
+        if !self.representation.supports_mode(settings.mode) {
+            return Err(RenderError::NoBricks);
+        }
+        let grid = self.storage.voxel_grid();
+        let around = self.view_bounds;
+        let mut frames = frame_uniforms(settings, &camera, self.program(), grid.as_ref(), around);
+        for own in &mut frames {
+            view.write(own);
+        }
+        field.upload_instructions(|| self.program());
+        let frames = (&frames[..], view.clip_from_world());
+        match &self.storage {
+            Storage::Mesh(MeshStorage {
+                mesh: StoredTriangles::Gpu(_),
+                ..
+            }) => return Err(RenderError::Triangles),
+            Storage::Gpu(volume) => {
+                if settings.mode == RenderMode::Shaded {
+                    self.set_light(field, volume)?;
+                }
+                frame.encode_volume(field, volume, frames, encoder)?;
+            }
+            _ => frame.encode_field(field, frames, encoder)?,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! A program with its own device and targets, for tests.
+
+use argil::RenderError;
+use argil::gpu::{Gpu, HostFrame, HostTargets, wgpu};
+use argil::prelude::*;
+use glam::Mat4;
+use std::sync::Arc;
+
+pub(crate) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(crate) const NEAR: f32 = 0.1;
+/// What the host clears its color to.
+pub(crate) const CLEAR: [u8; 3] = [51, 102, 153];
+
+/// A host with a color and a reversed depth buffer.
+pub(crate) struct Host {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) size: [u32; 2],
+    pub(crate) color: wgpu::Texture,
+    pub(crate) depth: wgpu::Texture,
+}
+
+pub(crate) fn opened(
+    limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
+) -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
+    let instance = wgpu::Instance::default();
+    let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
+    let asked = adapter.request_device(&wgpu::DeviceDescriptor {
+        required_features: Gpu::required_features() | adapter.features() & Gpu::wished_features(),
+        required_limits: limits(&adapter),
+        ..Default::default()
+    });
+    Ok(pollster::block_on(asked)?)
+}
+
+impl Host {
+    pub(crate) fn new([width, height]: [u32; 2]) -> Result<Self, Box<dyn std::error::Error>> {
+        let (device, queue) = opened(Gpu::required_limits)?;
+        let target = |format| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: wgpu::Extent3d {
+                    width,
+                    height,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        Ok(Self {
+            color: target(COLOR),
+            depth: target(DEPTH),
+            size: [width, height],
+            device,
+            queue,
+        })
+    }
+
+    pub(crate) fn engine(&self) -> Result<(Arc<Gpu>, Engine), Box<dyn std::error::Error>> {
+        let gpu = Gpu::from_wgpu(self.device.clone(), self.queue.clone())?;
+        let gpu = Arc::new(gpu);
+        Ok((gpu.clone(), Engine::on_gpu(gpu)))
+    }
+
+    pub(crate) fn targets() -> HostTargets {
+        HostTargets {
+            color: COLOR,
+            depth: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            sample_count: 1,
+        }
+    }
+
+    /// Draws a frame after the host has cleared its depth, and submits it once.
+    pub(crate) fn draw(
+        &self,
+        world: &World,
+        frame: &mut HostFrame,
+        (view, mode): (Mat4, RenderMode),
+        depth: f32,
+    ) -> Result<(), RenderError> {
+        let settings = RenderSettings {
+            samples: 1,
+            ground: false,
+            ..world.render_settings(self.size, mode)
+        };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        world.encode_frame(frame, view.to_cols_array_2d(), &settings, &mut encoder)?;
+        let [r, g, b] = CLEAR.map(|c| f64::from(c) / 255.0);
+        let color_view = self.color.create_view(&Default::default());
+        let depth_view = self.depth.create_view(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &color_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &depth_view,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(depth),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        frame.composite(&mut pass);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Downloads the four bytes of each pixel of a target.
+    pub(crate) fn pixels(
+        &self,
+        target: &wgpu::Texture,
+    ) -> Result<Vec<[u8; 4]>, Box<dyn std::error::Error>> {
+        let [width, height] = self.size;
+        let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row * height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            target.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: None,
+                },
+            },
+            target.size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        let bytes = buffer.slice(..).get_mapped_range()?;
+        let rows = bytes.chunks_exact(row as usize);
+        let all = rows.flat_map(|row| row[..4 * width as usize].as_chunks().0.to_vec());
+        Ok(all.collect())
+    }
+
+    pub(crate) fn depths(&self) -> Result<Vec<f32>, Box<dyn std::error::Error>> {
+        let all = self.pixels(&self.depth)?;
+        Ok(all.into_iter().map(f32::from_le_bytes).collect())
+    }
+}
