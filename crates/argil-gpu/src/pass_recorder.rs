@@ -22,6 +22,8 @@ pub(crate) enum DispatchSize<'a> {
 /// The passes of one build, timed by stage.
 pub(crate) struct PassRecorder<'a> {
     gpu: &'a Gpu,
+    /// What is not submitted yet.
+    encoder: Option<wgpu::CommandEncoder>,
     timing: Option<Timing>,
     /// Whether durations are needed.
     is_timed: bool,
@@ -37,6 +39,7 @@ impl<'a> PassRecorder<'a> {
     pub(crate) fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             gpu,
+            encoder: None,
             timing: Timing::new(gpu, PASSES_PER_READBACK)?,
             is_timed: true,
             start: Instant::now(),
@@ -45,10 +48,11 @@ impl<'a> PassRecorder<'a> {
         })
     }
 
-    /// Creates a recorder that neither waits nor measures.
+    /// Creates a recorder that neither waits nor measures, and submits passes together when it is asked to.
     pub(crate) fn untimed(gpu: &'a Gpu) -> Self {
         Self {
             gpu,
+            encoder: None,
             timing: None,
             is_timed: false,
             start: Instant::now(),
@@ -57,7 +61,22 @@ impl<'a> PassRecorder<'a> {
         }
     }
 
-    /// Submits one pass, after everything written to buffers so far.
+    /// Returns the encoder of what is submitted next.
+    pub(crate) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        let device = &self.gpu.device;
+        let begin = || device.create_command_encoder(&Default::default());
+        self.encoder.get_or_insert_with(begin)
+    }
+
+    /// Submits what is not submitted yet. Buffers that are written later change for what follows.
+    pub(crate) fn submit(&mut self) -> Result<(), GpuError> {
+        match self.encoder.take() {
+            Some(encoder) => self.gpu.with_error_scope(|| self.gpu.submit(encoder)),
+            None => Ok(()),
+        }
+    }
+
+    /// Encodes one pass, and submits it if it is timed.
     pub(crate) async fn pass(
         &mut self,
         stage: &'static str,
@@ -69,31 +88,29 @@ impl<'a> PassRecorder<'a> {
             self.collect().await?;
         }
         let start = Instant::now();
-        let (gpu, timing) = (self.gpu, &mut self.timing);
-        gpu.with_error_scope(|| {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        let mut timing = self.timing.take();
+        let mut pass = self
+            .encoder()
+            .begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(stage),
                 timestamp_writes: timing.as_mut().and_then(Timing::next),
             });
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bind_group, &[]);
-            match groups {
-                DispatchSize::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-                DispatchSize::Indirect(buffer, offset) => {
-                    pass.dispatch_workgroups_indirect(buffer, offset);
-                }
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        match groups {
+            DispatchSize::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            DispatchSize::Indirect(buffer, offset) => {
+                pass.dispatch_workgroups_indirect(buffer, offset);
             }
-            drop(pass);
-            gpu.submit(encoder);
-        })?;
+        }
+        drop(pass);
+        self.timing = timing;
         if !self.is_timed {
             return Ok(());
         }
+        self.submit()?;
         if self.timing.is_none() && CAN_WAIT {
-            gpu.wait().await?;
+            self.gpu.wait().await?;
         }
         self.passes
             .push((stage, start.elapsed().as_secs_f64() * 1e3));
@@ -111,6 +128,7 @@ impl<'a> PassRecorder<'a> {
 
     /// Waits for all passes. Returns the duration of each stage, in order.
     pub(crate) async fn finish(mut self) -> Result<StageTimings, GpuError> {
+        self.submit()?;
         self.gpu.wait().await?;
         self.collect().await?;
         if self.timing.is_none()

@@ -215,6 +215,35 @@ fn later_frames_create_nothing() -> Outcome {
     Ok(())
 }
 
+/// An edit of bricks is one submission. It waits for nothing, and creates nothing once there is room.
+#[test]
+fn later_edits_submit_once() -> Outcome {
+    let host = Host::new([16, 16])?;
+    let (gpu, engine) = host.engine()?;
+    let mut scene = Scene::new();
+    scene.push(Shape::cuboid([0.5; 3]))?;
+    let mut world = engine.build(&scene)?.bricks(64)?;
+    let mut counts = Vec::new();
+    for step in 0..8 {
+        let place = [0.5, 0.3 * (step % 4) as f32 - 0.4, 0.1];
+        scene.push(Shape::sphere(0.12).at(place).subtract())?;
+        let before = gpu.counters();
+        world.apply(&scene)?;
+        let after = gpu.counters();
+        assert_eq!(after.submissions - before.submissions, 1);
+        assert_eq!(after.waits, before.waits);
+        counts.push([
+            after.buffers - before.buffers,
+            after.pipelines - before.pipelines,
+        ]);
+        // The counters of an edit come back between frames.
+        world.render_view([16, 16])?;
+    }
+    assert_eq!(counts[4..], [[0; 2]; 4], "{counts:?}");
+    assert!(world.flush()?.filled > 0);
+    Ok(())
+}
+
 /// One frame draws several worlds of a device, one after another, and each is there.
 #[test]
 fn a_frame_draws_one_world_after_another() -> Outcome {

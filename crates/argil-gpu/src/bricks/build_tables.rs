@@ -1,5 +1,6 @@
 //! What builds and edits of bricks write besides the volume.
 
+use crate::pass_recorder::PassRecorder;
 use crate::resources::uniform_of;
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
@@ -62,18 +63,14 @@ impl EditScratch {
     }
 
     /// Clears the numbers of cells near the surface, which follow the freed bricks.
-    pub(super) fn clear_candidates(&self, gpu: &Gpu, prune: &PruneUniform) -> Result<(), GpuError> {
+    pub(super) fn clear_candidates(&self, prune: &PruneUniform, recorder: &mut PassRecorder<'_>) {
         let words = 64 * u64::from(prune.count);
         let first = u64::from(prune.freed_first) + 2 * words;
-        gpu.with_error_scope(|| {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if let Some(buffer) = self.candidates.buffer() {
-                encoder.clear_buffer(buffer, 4 * first, Some(4 * words));
-            }
-            gpu.submit(encoder);
-        })
+        if let Some(buffer) = self.candidates.buffer() {
+            recorder
+                .encoder()
+                .clear_buffer(buffer, 4 * first, Some(4 * words));
+        }
     }
 
     pub(super) fn reserve_arguments(&mut self, gpu: &Gpu, chunks: u32) -> Result<(), GpuError> {

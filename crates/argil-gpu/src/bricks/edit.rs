@@ -199,8 +199,16 @@ impl EditRun<'_> {
                     build_mode: abi::BUILD_COUNT_ONLY,
                     ..prune
                 };
-                self.encode(tables, &body.texture, making, blocks, counted)
-                    .await?;
+                let mut recorder = PassRecorder::untimed(gpu);
+                self.encode(
+                    tables,
+                    &body.texture,
+                    (making, blocks),
+                    counted,
+                    &mut recorder,
+                )
+                .await?;
+                recorder.submit()?;
                 tables.accounting.take_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.accounting.known.get(counter));
@@ -211,18 +219,26 @@ impl EditRun<'_> {
         if let Some(moved) = room {
             body.set_texture(moved);
         }
-        self.encode(tables, &body.texture, making, blocks, prune)
-            .await?;
-        tables.accounting.record_upper_bound(gpu, more)
+        let mut recorder = PassRecorder::untimed(gpu);
+        self.encode(
+            tables,
+            &body.texture,
+            (making, blocks),
+            prune,
+            &mut recorder,
+        )
+        .await?;
+        let accounting = &mut tables.accounting;
+        accounting.record_upper_bound(gpu, more, &mut recorder)
     }
 
     async fn encode(
         &self,
         tables: &BrickTables,
         texture: &wgpu::Texture,
-        making: &mut BuildTables,
-        blocks: &BlockTables,
+        (making, blocks): (&mut BuildTables, &BlockTables),
         prune: PruneUniform,
+        recorder: &mut PassRecorder<'_>,
     ) -> Result<(), GpuError> {
         let program = self.live.program();
         let layout = &tables.layout;
@@ -253,13 +269,12 @@ impl EditRun<'_> {
             materials: &tables.materials,
             counters: &tables.accounting.counters,
         };
-        let mut recorder = PassRecorder::untimed(self.field.gpu());
         let scratch = &mut making.scratch;
         let build = BoundBuild::new(self.field, scratch, &site, &order)?;
-        build.measure(scratch, &order, &mut recorder).await?;
+        build.measure(scratch, &order, recorder).await?;
         if prune.build_mode == abi::BUILD_COUNT_ONLY {
             return Ok(());
         }
-        build.fill(scratch, &order, &mut recorder).await
+        build.fill(scratch, &order, recorder).await
     }
 }

@@ -325,7 +325,7 @@ impl<'a> BoundBuild<'a> {
         let gpu = self.field.gpu();
         let build = |name| self.passes.build.get(gpu, name);
         let bind_group = &self.bound.build;
-        scratch.clear_candidates(gpu, &order.prune)?;
+        scratch.clear_candidates(&order.prune, recorder);
         let groups = rows((order.length as u32).div_ceil(64).max(1));
         recorder
             .pass("prune", build("begin_lists")?, bind_group, groups)
@@ -359,18 +359,18 @@ impl<'a> BoundBuild<'a> {
         else {
             return Err(GpuError::Lost("no buffer".into()));
         };
-        gpu.with_error_scope(|| {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let bytes = ARGUMENT_BYTES * u64::from(order.words.chunks);
-            encoder.copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
-            gpu.submit(encoder);
-        })?;
+        let bytes = ARGUMENT_BYTES * u64::from(order.words.chunks);
+        recorder
+            .encoder()
+            .copy_buffer_to_buffer(arguments, 0, indirect, 0, bytes);
         recorder
             .pass("prune", build("prune_cells")?, bind_group, rows(last.count))
             .await?;
         for chunk in 0..order.words.chunks {
+            if chunk > 0 {
+                // Passes before it have other values.
+                recorder.submit()?;
+            }
             let fill = FillUniform {
                 first_layer: chunk * order.words.chunk,
                 ..order.fill

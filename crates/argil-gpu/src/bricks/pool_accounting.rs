@@ -1,5 +1,6 @@
 //! What the CPU knows about the pool on the device, without waiting.
 
+use crate::pass_recorder::PassRecorder;
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
@@ -71,6 +72,8 @@ pub(super) struct PoolAccounting {
     /// Bricks, and mixed ones, that edits can have taken since.
     since: [u64; 2],
     letter: Option<PendingReadback>,
+    /// The buffer of the last one that arrived.
+    spare: Option<wgpu::Buffer>,
 }
 
 impl PoolAccounting {
@@ -89,6 +92,7 @@ impl PoolAccounting {
             told: known,
             since: [0; 2],
             letter: None,
+            spare: None,
         })
     }
 
@@ -131,36 +135,37 @@ impl PoolAccounting {
         Ok(())
     }
 
-    /// Records that an edit can take these numbers of bricks and mixed ones, and requests the counters.
+    /// Records that an edit can take these numbers of bricks and mixed ones, requests the counters, and submits the edit.
     pub(super) fn record_upper_bound(
         &mut self,
         gpu: &Gpu,
         taken: [u64; 2],
+        recorder: &mut PassRecorder<'_>,
     ) -> Result<(), GpuError> {
         let add = |to: &mut [u64; 2]| to.iter_mut().zip(taken).for_each(|(to, more)| *to += more);
         add(&mut self.since);
         if let Some(letter) = &mut self.letter {
             add(&mut letter.since);
-            return Ok(());
+            return recorder.submit();
         }
         let Some(counters) = self.counters.buffer() else {
-            return Ok(());
+            return recorder.submit();
         };
         let bytes = 4 * u64::from(abi::COUNTERS);
-        let buffer = gpu.with_error_scope(|| {
-            let buffer = gpu.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("counters"),
-                size: bytes,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
-            gpu.submit(encoder);
-            buffer
-        })?;
+        let buffer = match self.spare.take() {
+            Some(buffer) => buffer,
+            None => gpu.with_error_scope(|| {
+                gpu.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("counters"),
+                    size: bytes,
+                    usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?,
+        };
+        let encoder = recorder.encoder();
+        encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
+        recorder.submit()?;
         let arrived = Arc::new(OnceLock::new());
         let note = arrived.clone();
         let arrive = move |result| {
@@ -191,7 +196,8 @@ impl PoolAccounting {
         let view = letter.buffer.slice(..).get_mapped_range();
         self.known = BrickCounts::of(&view.map_err(|e| lost(e.to_string()))?);
         self.since = letter.since;
-        self.letter = None;
+        letter.buffer.unmap();
+        self.spare = self.letter.take().map(|letter| letter.buffer);
         Ok(())
     }
 
