@@ -51,6 +51,8 @@ pub struct HostFrame {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     view: wgpu::Buffer,
+    /// The uniform of the volume, which belongs to the view: those of levels differ.
+    volume: Option<wgpu::Buffer>,
     /// The buffers, and the passes that they are for.
     buffers: Option<(FrameBuffers, Arc<RenderPasses>)>,
     /// What is drawn, with the buffers that it reads.
@@ -130,6 +132,7 @@ impl HostFrame {
             layout,
             pipeline,
             view,
+            volume: None,
             buffers: None,
             drawn: None,
         })
@@ -177,7 +180,21 @@ impl HostFrame {
         let Some(first) = frames.first() else {
             return Ok(());
         };
-        let (passes, bound) = volume.picture(field, first)?;
+        let gpu = field.gpu();
+        let bytes = volume.uniform().size();
+        let uniform = match self.volume.take().filter(|own| own.size() == bytes) {
+            Some(own) => own,
+            None => gpu.with_error_scope(|| {
+                gpu.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("volume of a view"),
+                    size: bytes,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?,
+        };
+        let (passes, bound) = volume.picture(field, first, &uniform)?;
+        self.volume = Some(uniform);
         self.write_view(field.gpu(), first, clip_from_world);
         self.encode(field, (passes, bound), frames, encoder)
     }

@@ -231,7 +231,7 @@ impl GpuVolume {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
-        let (passes, bound) = self.picture(field, first)?;
+        let (passes, bound) = self.picture(field, first, self.uniform())?;
         let extras = FrameExtras {
             drawing: None,
             marks: self.kind.marks(),
@@ -241,19 +241,24 @@ impl GpuVolume {
         Ok((drawn.picture, drawn.duration_ms))
     }
 
-    /// Returns the passes of a frame, and what they are bound to.
+    /// Returns the passes of a frame, and what they are bound to, with a uniform that is written.
     pub(crate) fn picture(
         &self,
         field: &GpuProgram,
         first: &FrameUniform,
+        uniform: &wgpu::Buffer,
     ) -> Result<(Arc<RenderPasses>, Vec<BoundResource>), GpuError> {
         let passes = field.picture(self.kind.way(), MoreLight::of(first))?;
-        Ok((passes, self.bound(field.gpu(), first)))
+        Ok((passes, self.bound(field.gpu(), first, uniform)))
+    }
+
+    /// Returns the uniform of all frames but a host's.
+    pub(crate) fn uniform(&self) -> &wgpu::Buffer {
+        &self.body.uniform
     }
 
     /// Writes the uniform, and returns what passes are bound to.
-    fn bound(&self, gpu: &Gpu, frame: &FrameUniform) -> Vec<BoundResource> {
-        let uniform = &self.body.uniform;
+    fn bound(&self, gpu: &Gpu, frame: &FrameUniform, uniform: &wgpu::Buffer) -> Vec<BoundResource> {
         gpu.write_buffer(uniform, 0, &self.kind.uniform(frame));
         let mut bound = vec![
             BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),
@@ -279,7 +284,7 @@ impl GpuVolume {
         work: PathWork<'_>,
         still: &mut Still,
     ) -> Result<(), GpuError> {
-        let bound = self.bound(field.gpu(), work.frame);
+        let bound = self.bound(field.gpu(), work.frame, self.uniform());
         field
             .trace_through(self.kind.way(), bound, work, still)
             .await

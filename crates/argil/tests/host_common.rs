@@ -1,7 +1,7 @@
 //! A program with its own device and targets, for tests.
 
 use argil::RenderError;
-use argil::gpu::{Gpu, HostFrame, HostTargets, wgpu};
+use argil::gpu::{Gpu, GpuCounters, HostFrame, HostTargets, wgpu};
 use argil::prelude::*;
 use glam::Mat4;
 use std::sync::Arc;
@@ -87,16 +87,34 @@ impl Host {
         &self,
         world: &World,
         frame: &mut HostFrame,
-        (view, mode): (Mat4, RenderMode),
+        look: (Mat4, RenderMode),
         depth: f32,
+    ) -> Result<(), RenderError> {
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.encode(world, frame, look, &mut encoder)?;
+        self.pass(frame, depth, &mut encoder);
+        self.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Encodes a frame.
+    pub(crate) fn encode(
+        &self,
+        world: &World,
+        frame: &mut HostFrame,
+        (view, mode): (Mat4, RenderMode),
+        encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), RenderError> {
         let settings = RenderSettings {
             samples: 1,
             ground: false,
             ..world.render_settings(self.size, mode)
         };
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        world.encode_frame(frame, view.to_cols_array_2d(), &settings, &mut encoder)?;
+        world.encode_frame(frame, view.to_cols_array_2d(), &settings, encoder)
+    }
+
+    /// Draws an encoded frame in a pass that clears the targets.
+    pub(crate) fn pass(&self, frame: &HostFrame, depth: f32, encoder: &mut wgpu::CommandEncoder) {
         let [r, g, b] = CLEAR.map(|c| f64::from(c) / 255.0);
         let color_view = self.color.create_view(&Default::default());
         let depth_view = self.depth.create_view(&Default::default());
@@ -121,9 +139,6 @@ impl Host {
             ..Default::default()
         });
         frame.composite(&mut pass);
-        drop(pass);
-        self.queue.submit([encoder.finish()]);
-        Ok(())
     }
 
     /// Downloads the four bytes of each pixel of a target.
@@ -164,5 +179,15 @@ impl Host {
     pub(crate) fn depths(&self) -> Result<Vec<f32>, Box<dyn std::error::Error>> {
         let all = self.pixels(&self.depth)?;
         Ok(all.into_iter().map(f32::from_le_bytes).collect())
+    }
+}
+
+/// Returns what a device was asked to do in between.
+pub(crate) fn difference(before: GpuCounters, after: GpuCounters) -> GpuCounters {
+    GpuCounters {
+        submissions: after.submissions - before.submissions,
+        waits: after.waits - before.waits,
+        buffers: after.buffers - before.buffers,
+        pipelines: after.pipelines - before.pipelines,
     }
 }

@@ -131,7 +131,16 @@ impl PoolAccounting {
     /// Waits for the current counters, without reporting them.
     pub(super) async fn take_known(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         self.known = self.read(gpu).await?;
-        (self.since, self.letter) = ([0; 2], None);
+        self.since = [0; 2];
+        self.close_letter(gpu)
+    }
+
+    /// Keeps the buffer of counters that are on their way, or have arrived.
+    fn close_letter(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        if let Some(letter) = self.letter.take() {
+            gpu.with_error_scope(|| letter.buffer.unmap())?;
+            self.spare = Some(letter.buffer);
+        }
         Ok(())
     }
 
@@ -196,9 +205,7 @@ impl PoolAccounting {
         let view = letter.buffer.slice(..).get_mapped_range();
         self.known = BrickCounts::of(&view.map_err(|e| lost(e.to_string()))?);
         self.since = letter.since;
-        letter.buffer.unmap();
-        self.spare = self.letter.take().map(|letter| letter.buffer);
-        Ok(())
+        self.close_letter(gpu)
     }
 
     /// Returns upper bounds on the numbers of bricks and mixed bricks.
