@@ -265,11 +265,15 @@ fn later_edits_submit_once() -> Outcome {
     let (gpu, engine) = host.engine()?;
     let mut scene = Scene::new();
     scene.push(Shape::cuboid([0.5; 3]))?;
+    scene.push(Shape::sphere(0.12).at([0.5, 0.1, 0.1]).subtract())?;
     let mut world = engine.build(&scene)?.bricks(64)?;
     let mut counts = Vec::new();
     for step in 0..8 {
-        let place = [0.5, 0.3 * (step % 4) as f32 - 0.4, 0.1];
-        scene.push(Shape::sphere(0.12).at(place).subtract())?;
+        if step % 2 == 0 {
+            scene.undo();
+        } else {
+            scene.redo();
+        }
         let before = gpu.counters();
         world.apply(&scene)?;
         let after = gpu.counters();
