@@ -131,7 +131,7 @@ impl Gpu {
             name: info.name.clone(),
             reason: e.to_string(),
         })?;
-        Self::from_wgpu(device, queue)
+        Self::of_device(device, queue, adapter.get_info())
     }
 
     /// Gives a software device the passes that hardware gets, slow as they are there, to test them. Only opcodes that no program

@@ -31,6 +31,15 @@ impl Gpu {
     /// If the device lacks a feature or allows less than a limit.
     pub fn from_wgpu(device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
         let adapter_info = device.adapter_info();
+        Self::of_device(device, queue, adapter_info)
+    }
+
+    /// Uses a device of an adapter. Not every browser's device tells which that is.
+    pub(crate) fn of_device(
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        adapter_info: wgpu::AdapterInfo,
+    ) -> Result<Self, GpuError> {
         let info = DeviceInfo::of(&adapter_info);
         check(&info, &device)?;
         // Lavapipe's timestamps are useless once something was rasterized: both stamps of a pass are then taken
