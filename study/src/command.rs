@@ -61,7 +61,7 @@ pub(crate) fn command(case: &StudyCase, plan: &Plan) -> Option<String> {
             )
         }
         Task::Still(_) => format!(
-            "argil still {scene}{flags} --device {device} --size {width}x{height} --samples {STILL_PATHS}"
+            "argil render {scene}{flags} --device {device} --size {width}x{height} --integrator path --samples {STILL_PATHS}"
         ),
         Task::Surface(_) => {
             let flags = flags
