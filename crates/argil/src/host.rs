@@ -43,8 +43,8 @@ impl World {
     /// the host's projection times its view, by columns: any perspective, with reversed or infinite depth too.
     ///
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
-    /// unless an edit needs memory. The host waits for nothing but may have only one submission of a [`HostFrame`] between two
-    /// encodings of it. A field that was edited submits the passes that make its lists first.
+    /// unless an edit needs memory. Submit a [`HostFrame`] before it is encoded again.
+    /// A field that was edited submits the passes that make its lists first.
     /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
     /// Levels show the pages that they have, and ask for no others.
     ///

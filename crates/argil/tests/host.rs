@@ -25,8 +25,8 @@ fn odd_view() -> Mat4 {
     shift * projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
 }
 
-/// Where the ray of a pixel meets a ball around the origin, by the inverse of the matrix and the quadratic formula.
-fn meets_ball(view: Mat4, size: [u32; 2], pixel: usize, radius: f64) -> Option<f32> {
+/// Where the ray of a pixel meets a sphere around the origin, by the inverse of the matrix and the quadratic formula.
+fn meets_sphere(view: Mat4, size: [u32; 2], pixel: usize, radius: f64) -> Option<f32> {
     let inverse = view.as_dmat4().inverse();
     let (x, y) = (pixel as u32 % size[0], pixel as u32 / size[0]);
     let clip = [
@@ -46,7 +46,7 @@ fn meets_ball(view: Mat4, size: [u32; 2], pixel: usize, radius: f64) -> Option<f
     (root > 0.0).then_some(clip.z / clip.w)
 }
 
-/// A ball through any view lies where the quadratic formula says, in the depth buffer, too.
+/// A sphere through any view lies where the quadratic formula says, in the depth buffer, too.
 #[test]
 fn depths_are_those_of_the_formula() -> Outcome {
     let host = Host::new([90, 64])?;
@@ -64,7 +64,7 @@ fn depths_are_those_of_the_formula() -> Outcome {
         host.draw(&world, &mut frame, (odd_view(), RenderMode::Normal), 0.0)?;
         let (mut wrong, mut both) = (0, 0);
         for (i, depth) in host.depths()?.into_iter().enumerate() {
-            match (meets_ball(odd_view(), host.size, i, 0.8), depth > 0.0) {
+            match (meets_sphere(odd_view(), host.size, i, 0.8), depth > 0.0) {
                 (Some(expected), true) => {
                     both += 1;
                     // The reversed depth is the near plane's distance by the point's.
@@ -166,7 +166,7 @@ fn depth_hides_both_ways() -> Outcome {
         "{seen:?}"
     );
     assert_eq!(seen[3], 0);
-    // A wall through the ball leaves a circle, whose area perspective makes larger.
+    // A wall through the sphere leaves a circle, whose area perspective makes larger.
     let area = |z: f32| (1.0 - z * z) / (5.0 - z).powi(2);
     let ratio = seen[1] as f32 / seen[2] as f32;
     assert!(
