@@ -13,6 +13,9 @@ use pyo3::prelude::*;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Mutex;
 
+/// How many cells of a grid are asked for in one call, which takes as long as thousands of points do.
+const CELLS_PER_CALL: usize = 256;
+
 /// A function of Python that takes an (N, 3) array of float64 and returns N distances.
 struct PythonFunction<'a> {
     function: &'a Py<PyAny>,
@@ -77,6 +80,10 @@ impl DistanceSampler for PythonFunction<'_> {
                 f32::NAN
             };
         }
+    }
+
+    fn cells_at_once(&self) -> usize {
+        CELLS_PER_CALL
     }
 }
 

@@ -42,11 +42,18 @@ pub trait DistanceSampler: Sync {
     /// Computes the signed distances of points that lie close together.
     fn distances(&self, points: &[Vec3], out: &mut [f32]);
 
-    /// Returns the unsigned distance of a point.
-    fn unsigned_distance(&self, point: Vec3) -> f32 {
-        let mut out = [0.0];
-        self.distances(&[point], &mut out);
-        out[0].abs()
+    /// Computes the unsigned distances of points.
+    fn unsigned_distances(&self, points: &[Vec3], out: &mut [f32]) {
+        self.distances(points, out);
+        for d in out {
+            *d = d.abs();
+        }
+    }
+
+    /// How many cells are asked for in one call. Points of one cell lie close together. A function that takes long to call
+    /// wants many.
+    fn cells_at_once(&self) -> usize {
+        1
     }
 
     /// Whether it knows distances of points outside of the first cells that are sampled. If not, there are no coarser levels

@@ -5,5 +5,6 @@ mod file;
 mod fill;
 mod journal;
 mod log;
+mod sampled_cells;
 mod temp_files;
 mod views;

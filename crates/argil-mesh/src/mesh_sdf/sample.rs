@@ -59,11 +59,12 @@ impl DistanceSampler for Watched<'_> {
         }
     }
 
-    fn unsigned_distance(&self, point: Vec3) -> f32 {
+    fn unsigned_distances(&self, points: &[Vec3], out: &mut [f32]) {
         if self.control.is_cancelled() {
-            return f32::INFINITY;
+            out.fill(f32::INFINITY);
+            return;
         }
-        DistanceSampler::unsigned_distance(self.solid, point)
+        self.solid.unsigned_distances(points, out);
     }
 
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
@@ -78,8 +79,10 @@ impl DistanceSampler for MeshSdf {
         MeshSdf::distances(self, points, out);
     }
 
-    fn unsigned_distance(&self, point: Vec3) -> f32 {
-        NearestSearch::new(&self.surface.nearest).distance(point)
+    fn unsigned_distances(&self, points: &[Vec3], out: &mut [f32]) {
+        for (&point, d) in points.iter().zip(out) {
+            *d = NearestSearch::new(&self.surface.nearest).distance(point);
+        }
     }
 
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {

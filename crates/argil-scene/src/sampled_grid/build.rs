@@ -9,7 +9,7 @@ use super::nest::{
 };
 use super::{DistanceSampler, MAX_SAMPLED_LEVELS, SAMPLED_SIDE, SampledBlock, SampledGrid};
 use argil_math::Aabb;
-use glam::{IVec3, UVec3, Vec3, uvec3};
+use glam::{IVec3, UVec3, Vec3};
 use rayon::prelude::*;
 
 /// Maximum error of interpolation away from the surface and from creases, in voxels. It grows as the box of a solid does
@@ -70,13 +70,8 @@ impl SampledGrid {
             let own = &nest.levels[level];
             nest.levels[level].cells = (0..volume(own.count))
                 .into_par_iter()
-                .map(|index| {
-                    if nest.is_covered(level, place_of(index, own.count)) {
-                        CellSamples::default()
-                    } else {
-                        cell_samples(&nest, NestCell { level, index }, size, measure)
-                    }
-                })
+                .chunks(measure.cells_at_once())
+                .flat_map_iter(|indices| level_samples(&nest, level, &indices, size, measure))
                 .collect();
         }
         smooth(&mut nest, measure);
@@ -109,8 +104,8 @@ impl DistanceSampler for AtLeastBox<'_> {
         }
     }
 
-    fn unsigned_distance(&self, point: Vec3) -> f32 {
-        self.measure.unsigned_distance(point)
+    fn unsigned_distances(&self, points: &[Vec3], out: &mut [f32]) {
+        self.measure.unsigned_distances(points, out);
     }
 
     fn sample_block(&self, block: &SampledBlock, out: &mut [f32]) {
@@ -122,6 +117,10 @@ impl DistanceSampler for AtLeastBox<'_> {
 
     fn knows_outside(&self) -> bool {
         self.measure.knows_outside()
+    }
+
+    fn cells_at_once(&self) -> usize {
+        self.measure.cells_at_once()
     }
 }
 
@@ -147,12 +146,12 @@ fn surround(nest: &mut Nest, reach: i32) {
 fn coarse_samples(nest: &Nest, level: &NestLevel, measure: &dyn DistanceSampler) -> Vec<f32> {
     let points = level.count + 1;
     let mut coarse = vec![0.0; volume(points)];
-    let rows = coarse.par_chunks_mut(points.x as usize).enumerate();
-    rows.for_each(|(row, out)| {
-        let (y, z) = (row as u32 % points.y, row as u32 / points.y);
-        let places: Vec<Vec3> = (0..points.x)
-            .map(|x| nest.position(level.corner_at(uvec3(x, y, z))))
-            .collect();
+    // Rows of points.
+    let at_once = points.x as usize * measure.cells_at_once();
+    let rows = coarse.par_chunks_mut(at_once).enumerate();
+    rows.for_each(|(nth, out)| {
+        let place = |i| nest.position(level.corner_at(place_of(nth * at_once + i, points)));
+        let places: Vec<Vec3> = (0..out.len()).map(place).collect();
         measure.distances(&places, out);
     });
     coarse
@@ -174,23 +173,23 @@ fn smooth(nest: &mut Nest, measure: &dyn DistanceSampler) {
         let mut wider: Vec<NestCell> = rough.iter().map(|seam| seam.wider).collect();
         wider.sort_unstable();
         wider.dedup();
-        let samples: Vec<Vec<f32>> = wider
-            .par_iter()
-            .map(|&cell| {
-                let own = &nest.levels[cell.level].cells[cell.index];
-                let block = block_of(nest, cell);
-                let samples = match own.kind {
-                    0 => &block.corners,
-                    _ => &own.samples[..],
-                };
-                let centers = center_samples(&block, own.kind, measure);
-                refined(&block, own.kind, (samples, &centers), measure)
+        let sampled: Vec<SampledCell> = wider
+            .par_chunks(measure.cells_at_once())
+            .flat_map_iter(|cells| {
+                let own = |&cell: &NestCell| &nest.levels[cell.level].cells[cell.index];
+                let begin = |cell: &NestCell| SampledCell::again(block_of(nest, *cell), own(cell));
+                let mut cells: Vec<_> = cells.iter().map(begin).collect();
+                // From the finest on, so that each cell is refined once.
+                for kind in (0..MAX_KIND).rev() {
+                    refine(&mut cells, kind, measure);
+                }
+                cells
             })
             .collect();
-        for (&cell, samples) in wider.iter().zip(samples) {
+        for (&cell, sampled) in wider.iter().zip(sampled) {
             let own = &mut nest.levels[cell.level].cells[cell.index];
-            own.kind += 1;
-            own.samples = samples;
+            own.kind = sampled.kind;
+            own.samples = sampled.samples;
         }
         unchecked.extend(wider);
         unchecked.sort_unstable();
@@ -209,99 +208,191 @@ fn block_of(nest: &Nest, cell: NestCell) -> SampledBlock {
     }
 }
 
-/// Samples a cell as finely as its distance bends.
-fn cell_samples(
+/// A cell while it is sampled. It has 2 to the power of `kind` intervals.
+struct SampledCell {
+    block: SampledBlock,
+    kind: u8,
+    max_kind: u8,
+    samples: Vec<f32>,
+    /// Maximum error of interpolation.
+    tolerance: f32,
+}
+
+impl SampledCell {
+    /// Begins a cell at its corners. `away` is a lower bound on how far the surface is from it.
+    fn new(nest: &Nest, level: usize, block: SampledBlock, away: f32, size: f32) -> Self {
+        let voxel = nest.unit * (UNITS / SAMPLED_SIDE as i32) as f32;
+        let is_near = away <= NEAR_VOXELS * block.step;
+        let is_fine = is_near || level > 0 || away <= CREASE_VOXELS * voxel;
+        // Around a long solid, a share of its size is accurate enough, and samples stay few.
+        let wide = match level {
+            0 => 1.0,
+            _ => (size / (FULL_ACCURACY_VOXELS * voxel)).max(1.0),
+        };
+        Self {
+            block,
+            kind: if is_near { MAX_KIND } else { 0 },
+            max_kind: MAX_KIND - u8::from(!is_fine),
+            samples: block.corners.to_vec(),
+            tolerance: TOLERANCE * voxel * wide * (1.0 + 2.0 * away / size),
+        }
+    }
+
+    /// Begins at the samples of a cell that must have more.
+    fn again(block: SampledBlock, own: &CellSamples) -> Self {
+        Self {
+            block,
+            kind: own.kind,
+            max_kind: own.max_kind,
+            samples: match own.kind {
+                0 => block.corners.to_vec(),
+                _ => own.samples.clone(),
+            },
+            tolerance: -1.0,
+        }
+    }
+
+    /// Appends the centers between the samples.
+    fn add_centers(&self, places: &mut Vec<Vec3>) {
+        let side = UVec3::splat(1 << self.kind);
+        let step = self.block.step * (SAMPLED_SIDE >> self.kind) as f32;
+        let center = |i: usize| self.block.first + step * (place_of(i, side).as_vec3() + 0.5);
+        places.extend((0..volume(side)).map(center));
+    }
+
+    /// Appends what else twice as many intervals need.
+    fn add_edges(&self, places: &mut Vec<Vec3>) {
+        let points = 2 * UVec3::splat(1 << self.kind) + 1;
+        let step = self.block.step * (SAMPLED_SIDE >> (self.kind + 1)) as f32;
+        let between = (0..volume(points)).map(|i| place_of(i, points));
+        let between = between.filter(|&place| is_between(place));
+        places.extend(between.map(|place| self.block.first + step * place.as_vec3()));
+    }
+
+    /// Takes twice as many intervals, given the distances at the centers. Takes those at the other places from `edges`.
+    fn double(&mut self, centers: &[f32], edges: &mut impl Iterator<Item = f32>) {
+        let side = UVec3::splat(1 << self.kind);
+        let points = 2 * side + 1;
+        let value = |i: usize| {
+            let place = place_of(i, points);
+            match (place % 2).element_sum() {
+                0 => self.samples[index(place / 2, side + 1)],
+                3 => centers[index(place / 2, side)],
+                _ => edges.next().unwrap_or(f32::NAN),
+            }
+        };
+        self.samples = (0..volume(points)).map(value).collect();
+        self.kind += 1;
+    }
+}
+
+/// Whether a place is neither a sample nor a center of half as many intervals.
+fn is_between(place: UVec3) -> bool {
+    !matches!((place % 2).element_sum(), 0 | 3)
+}
+
+/// Samples cells of a level as finely as their distance bends.
+fn level_samples(
     nest: &Nest,
-    cell: NestCell,
+    level: usize,
+    indices: &[usize],
     size: f32,
     measure: &dyn DistanceSampler,
-) -> CellSamples {
-    let block = block_of(nest, cell);
-    let length = block.step * SAMPLED_SIDE as f32;
-    // The surface is no nearer to a cell than its center says.
-    let half = 0.5 * 3f32.sqrt() * length;
-    let nearest = block
-        .corners
-        .iter()
-        .fold(f32::INFINITY, |least, d| least.min(d.abs()));
-    let away = match nearest > 2.0 * half + NEAR_VOXELS * block.step {
-        true => nearest - half,
-        false => measure.unsigned_distance(block.first + 0.5 * length) - half,
+) -> Vec<CellSamples> {
+    let count = nest.levels[level].count;
+    let is_open = |index: &usize| !nest.is_covered(level, place_of(*index, count));
+    let open: Vec<usize> = (0..indices.len())
+        .filter(|&nth| is_open(&indices[nth]))
+        .collect();
+    let block = |&nth: &usize| {
+        let index = indices[nth];
+        block_of(nest, NestCell { level, index })
     };
-    let voxel = nest.unit * (UNITS / SAMPLED_SIDE as i32) as f32;
-    let is_near = away <= NEAR_VOXELS * block.step;
-    let is_fine = is_near || cell.level > 0 || away <= CREASE_VOXELS * voxel;
-    let max_kind = MAX_KIND - u8::from(!is_fine);
-    // Around a long solid, a share of its size is accurate enough, and samples stay few.
-    let wide = match cell.level {
-        0 => 1.0,
-        _ => (size / (FULL_ACCURACY_VOXELS * voxel)).max(1.0),
-    };
-    let tolerance = TOLERANCE * voxel * wide * (1.0 + 2.0 * away / size);
-    let (mut kind, mut samples) = (0, block.corners.to_vec());
-    if is_near {
-        kind = MAX_KIND;
-        samples = vec![0.0; volume(UVec3::splat(SAMPLED_SIDE + 1))];
-        measure.sample_block(&block, &mut samples);
+    let blocks: Vec<SampledBlock> = open.iter().map(block).collect();
+    let away = clearances(&blocks, measure);
+    let begun = blocks.into_iter().zip(away);
+    let begun = begun.map(|(block, away)| SampledCell::new(nest, level, block, away, size));
+    let mut cells: Vec<SampledCell> = begun.collect();
+    for cell in cells.iter_mut().filter(|cell| cell.kind == MAX_KIND) {
+        cell.samples = vec![0.0; volume(UVec3::splat(SAMPLED_SIDE + 1))];
+        measure.sample_block(&cell.block, &mut cell.samples);
     }
-    while kind < max_kind {
-        let centers = center_samples(&block, kind, measure);
-        if error_at_centers(kind, &samples, &centers) <= tolerance {
-            break;
-        }
-        samples = refined(&block, kind, (&samples, &centers), measure);
-        kind += 1;
+    for kind in 0..MAX_KIND {
+        refine(&mut cells, kind, measure);
     }
-    if kind == 0 {
-        samples = Vec::new();
+    let mut all: Vec<CellSamples> = indices.iter().map(|_| CellSamples::default()).collect();
+    for (nth, cell) in open.into_iter().zip(cells) {
+        let SampledCell { kind, max_kind, .. } = cell;
+        let samples = if kind == 0 { Vec::new() } else { cell.samples };
+        all[nth] = CellSamples {
+            kind,
+            max_kind,
+            samples,
+        };
     }
-    CellSamples {
-        kind,
-        max_kind,
-        samples,
-    }
+    all
 }
 
-/// Returns the distances at the centers between a cell's samples. It has 2 to the power of `kind` intervals.
-fn center_samples(block: &SampledBlock, kind: u8, measure: &dyn DistanceSampler) -> Vec<f32> {
-    let side = UVec3::splat(1 << kind);
-    let step = block.step * (SAMPLED_SIDE >> kind) as f32;
-    let center = |i: usize| block.first + step * (place_of(i, side).as_vec3() + 0.5);
-    let centers: Vec<Vec3> = (0..volume(side)).map(center).collect();
+/// Returns lower bounds on how far the surface is from blocks: it is no nearer than their center says.
+fn clearances(blocks: &[SampledBlock], measure: &dyn DistanceSampler) -> Vec<f32> {
+    let half = |block: &SampledBlock| 0.5 * 3f32.sqrt() * block.step * SAMPLED_SIDE as f32;
+    let nearest = |block: &SampledBlock| {
+        let corners = block.corners.iter();
+        corners.fold(f32::INFINITY, |least, d| least.min(d.abs()))
+    };
+    let is_unclear =
+        |block: &&SampledBlock| nearest(block) <= 2.0 * half(block) + NEAR_VOXELS * block.step;
+    let center = |block: &SampledBlock| block.first + 0.5 * block.step * SAMPLED_SIDE as f32;
+    let centers: Vec<Vec3> = blocks.iter().filter(is_unclear).map(center).collect();
     let mut distances = vec![0.0; centers.len()];
-    measure.distances(&centers, &mut distances);
-    distances
+    if !centers.is_empty() {
+        measure.unsigned_distances(&centers, &mut distances);
+    }
+    let mut distances = distances.into_iter();
+    let distance = |block: &SampledBlock| match is_unclear(&block) {
+        true => distances.next().unwrap_or(0.0),
+        false => nearest(block),
+    };
+    let all: Vec<f32> = blocks.iter().map(distance).collect();
+    all.iter()
+        .zip(blocks)
+        .map(|(d, block)| d - half(block))
+        .collect()
 }
 
-/// Returns samples of a cell at twice as many intervals, given those it has, and those at the centers between them.
-fn refined(
-    block: &SampledBlock,
-    kind: u8,
-    (samples, centers): (&[f32], &[f32]),
-    measure: &dyn DistanceSampler,
-) -> Vec<f32> {
-    let side = UVec3::splat(1 << kind);
-    let points = 2 * side + 1;
-    let step = block.step * (SAMPLED_SIDE >> (kind + 1)) as f32;
-    let mut out = vec![0.0; volume(points)];
-    let (mut indices, mut places) = (Vec::new(), Vec::new());
-    for (i, out) in out.iter_mut().enumerate() {
-        let place = place_of(i, points);
-        match (place % 2).element_sum() {
-            0 => *out = samples[index(place / 2, side + 1)],
-            3 => *out = centers[index(place / 2, side)],
-            _ => {
-                indices.push(i);
-                places.push(block.first + step * place.as_vec3());
-            }
+/// Doubles the intervals of cells of a kind whose error is too large.
+fn refine(cells: &mut [SampledCell], kind: u8, measure: &dyn DistanceSampler) {
+    let may = |cell: &&mut SampledCell| cell.kind == kind && kind < cell.max_kind;
+    let mut cells: Vec<&mut SampledCell> = cells.iter_mut().filter(may).collect();
+    let distances = |places: &[Vec3]| {
+        let mut distances = vec![0.0; places.len()];
+        if !places.is_empty() {
+            measure.distances(places, &mut distances);
         }
+        distances
+    };
+    let mut places = Vec::new();
+    for cell in &cells {
+        cell.add_centers(&mut places);
     }
-    let mut distances = vec![0.0; places.len()];
-    measure.distances(&places, &mut distances);
-    for (i, d) in indices.into_iter().zip(distances) {
-        out[i] = d;
+    let centers = distances(&places);
+    let of_cells = centers.chunks(volume(UVec3::splat(1 << kind)));
+    let rough: Vec<_> = cells
+        .iter_mut()
+        .zip(of_cells)
+        .filter(|(cell, centers)| {
+            // A distance that is not a number is refused later.
+            error_at_centers(kind, &cell.samples, centers) > cell.tolerance
+        })
+        .collect();
+    places.clear();
+    for (cell, _) in &rough {
+        cell.add_edges(&mut places);
     }
-    out
+    let mut edges = distances(&places).into_iter();
+    for (cell, centers) in rough {
+        cell.double(centers, &mut edges);
+    }
 }
 
 /// Returns the largest error of interpolation at the centers between samples.
