@@ -77,12 +77,13 @@ pub(crate) const LEVELS_WGSL: &str = "
 
 /// Blocks of pixels, for representations whose cones go first.
 pub(crate) const LIVE_WGSL: &str = "
-// For each block of pixels its cone, and a list of active blocks; later, the number of pixels without a material.
+// For each block of pixels its cone, whether the eye is in the solid, and a list of active blocks; later, the number of
+// pixels without a material.
 struct PixelBlock {
     begin: f32,
     steps: u32,
     place: u32,
-    spare: u32,
+    is_inside: u32,
 }
 struct Live {
     groups_x: atomic<u32>,

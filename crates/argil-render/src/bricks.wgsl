@@ -73,7 +73,7 @@ fn away(word: u32, inner: vec3<f32>) -> f32 {
     let center = center_of(word);
     let p = inner - 0.5 * f32(volume.brick_size_voxels);
     let left = max(abs(center) - volume.slope * sqrt(p.x * p.x + p.y * p.y + p.z * p.z), 1e-30);
-    return select(left, -left, center < 0.0);
+    return bitcast<f32>(bitcast<u32>(left) | (bitcast<u32>(center) & 0x80000000u));
 }
 
 // GPU version of BrickSampler::add_ways_out: in a large empty cube, the distance is at least that to the cube's
@@ -91,7 +91,7 @@ fn empty_distance_in(slot: u32, u: vec3<f32>, plain: f32, word: u32) -> f32 {
     return select(center + way, center - way, center < 0.0);
 }
 
-// Returns a signed lower bound on the distance around a point.
+// Returns a signed lower bound on the distance around a point. It is never 0, so that its sign is known.
 fn brick_clearance(p: vec3<f32>) -> f32 {
     let u = held_voxels(in_voxels(p));
     let cell = cell_of_voxels(u);
@@ -101,7 +101,7 @@ fn brick_clearance(p: vec3<f32>) -> f32 {
         return empty_distance_in(index / 64u, u, away(at.word, at.inner), at.word);
     }
     let d = brick_distance(filter_origin(at.word), at.inner);
-    let length = max(abs(d) - 0.8660254 * volume.voxel_size, 0.0);
+    let length = max(abs(d) - 0.8660254 * volume.voxel_size, 1e-30);
     return select(length, -length, d < 0.0);
 }
 

@@ -41,6 +41,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     let held_min = cone_box_min();
     let held_max = cone_box_max();
     var steps = 0u;
+    var is_inside = false;
     while meets && steps < CONE_STEPS {
         steps++;
         let at = eye + direction * begin;
@@ -48,6 +49,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
         let beside = distance(at, held);
         let clearance = cone_clearance(held, begin);
         let d = clearance.x;
+        is_inside = is_inside || (steps == 1u && d < 0.0 && !starts_outside);
         var free = max(abs(d) * frame.inv_lipschitz - beside, beside);
         if d < 0.0 && starts_outside {
             free = 0.0;
@@ -66,6 +68,7 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     live.blocks[place].begin = begin;
     live.blocks[place].steps = steps;
+    live.blocks[place].is_inside = u32(is_inside);
     if meets && begin < INFINITE {
         live.blocks[atomicAdd(&live.groups_x, 1u)].place = place;
         return;

@@ -23,3 +23,15 @@ fn advanced(motion: RayMotion, g: f32, empty_way: f32, in_brick: bool, too_far: 
     let last_step = select(0.0, way, in_brick && !too_far);
     return RayMotion(t - pull, beyond - pull, g, max(last_step - pull, 0.0));
 }
+
+// Advances a ray in a brick at a distance `g` from the surface, outside the last sphere.
+fn relaxed(motion: RayMotion, g: f32, scale: f32, end: f32) -> RayMotion {
+    // Along a plane, spheres still touch with this much more than their radius between their centers.
+    let fell = max(motion.last_gap - g, 0.0);
+    let share = saturate((motion.last_step - fell) / max(motion.last_step + fell, 1e-37));
+    let way = g * scale;
+    let touching = motion.t + way;
+    // Beyond the end of the ray, advance only as far as is known to be free.
+    let t = clamp(end, touching, touching + RELAXATION * share * way);
+    return RayMotion(t, t - touching, g, t - motion.t);
+}
