@@ -156,8 +156,18 @@ pub(crate) const FIELD_BINDS: [Bind; 3] = [
     Bind::Read(MATERIALS),
 ];
 
-/// Creates a layout of the given bindings.
+/// Creates a layout of the given bindings for compute shaders.
 pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupLayout {
+    layout_for(gpu, label, wgpu::ShaderStages::COMPUTE, binds)
+}
+
+/// Creates a layout of the given bindings for shaders of some stages.
+pub(crate) fn layout_for(
+    gpu: &Gpu,
+    label: &str,
+    visibility: wgpu::ShaderStages,
+    binds: &[Bind],
+) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer {
         ty,
         has_dynamic_offset: false,
@@ -218,7 +228,7 @@ pub(crate) fn layout(gpu: &Gpu, label: &str, binds: &[Bind]) -> wgpu::BindGroupL
             };
             wgpu::BindGroupLayoutEntry {
                 binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
+                visibility,
                 ty,
                 count: None,
             }

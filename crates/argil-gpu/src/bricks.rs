@@ -47,7 +47,8 @@ use argil_volume::{
 use std::borrow::Cow;
 use std::sync::Arc;
 
-const BRICKS_WGSL: &str = "
+/// The uniform of bricks.
+pub(crate) const BRICKS_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
 ";
 

@@ -75,6 +75,11 @@ pub enum GpuError {
     /// The representation cannot be meshed.
     #[error("this representation cannot be meshed: use the field, a dense volume or sparse bricks")]
     NotMeshable,
+    /// Shaders of a host read sparse bricks only.
+    #[error(
+        "shaders of a host read sparse bricks, and this is another representation: use `World::bricks`"
+    )]
+    NotBricks,
     /// Bricks store only the surface at distance 0.
     #[error("sparse bricks contain only the surface at distance 0")]
     UnsupportedIsoLevel,

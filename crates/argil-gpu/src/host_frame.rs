@@ -1,5 +1,6 @@
 //! Frames in the encoder and the targets of a host that has its own renderer.
 
+use crate::bindings::{Bind, layout_for};
 use crate::frame::FrameBuffers;
 use crate::frame_extras::FrameExtras;
 use crate::frame_pipelines::FramePipelines;
@@ -20,6 +21,14 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(2) var<storage, read> hits: array<Hit>;
 @group(0) @binding(3) var<storage, read> colors: array<vec4<f32>>;
 ";
+
+/// The same bindings, with their types.
+const BINDS: [Bind; 4] = [
+    Bind::Uniform(0),
+    Bind::Uniform(1),
+    Bind::Read(2),
+    Bind::Read(3),
+];
 
 /// The targets of a host's render pass.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +83,7 @@ impl HostFrame {
         ]
         .concat();
         let (layout, pipeline, view) = gpu.with_error_scope(|| {
-            let layout = host_layout(gpu, name);
+            let layout = layout_for(gpu, name, wgpu::ShaderStages::FRAGMENT, &BINDS);
             let pipeline_layout =
                 gpu.device
                     .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -273,27 +282,4 @@ fn takes_linear(format: wgpu::TextureFormat) -> bool {
         Format::Rgba16Float | Format::Rgba32Float | Format::Rg11b10Ufloat
     );
     is_float || format.is_srgb()
-}
-
-fn host_layout(gpu: &Gpu, label: &str) -> wgpu::BindGroupLayout {
-    let uniform = wgpu::BufferBindingType::Uniform;
-    let storage = wgpu::BufferBindingType::Storage { read_only: true };
-    let entries: Vec<_> = (0..)
-        .zip([uniform, uniform, storage, storage])
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        })
-        .collect();
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(label),
-            entries: &entries,
-        })
 }

@@ -69,6 +69,8 @@ mod resources;
 #[cfg(feature = "device")]
 mod shader_modules;
 #[cfg(feature = "device")]
+mod shader_volume;
+#[cfg(feature = "device")]
 mod staging;
 #[cfg(feature = "device")]
 mod storage_buffer;
@@ -96,6 +98,7 @@ pub use {
     program::GpuProgram,
     raster::GpuMesh,
     shader_modules::{ShaderModule, hardware_modules},
+    shader_volume::ShaderVolume,
     volume::GpuVolume,
 };
 

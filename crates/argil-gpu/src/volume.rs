@@ -258,7 +258,12 @@ impl GpuVolume {
     }
 
     /// Writes the uniform, and returns what passes are bound to.
-    fn bound(&self, gpu: &Gpu, frame: &FrameUniform, uniform: &wgpu::Buffer) -> Vec<BoundResource> {
+    pub(crate) fn bound(
+        &self,
+        gpu: &Gpu,
+        frame: &FrameUniform,
+        uniform: &wgpu::Buffer,
+    ) -> Vec<BoundResource> {
         gpu.write_buffer(uniform, 0, &self.kind.uniform(frame));
         let mut bound = vec![
             BoundResource::buffer(argil_abi::BIND_VOLUME, uniform),

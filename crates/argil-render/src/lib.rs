@@ -85,6 +85,7 @@ pub mod wgsl {
         include_str!("bricks/cubic.wgsl"),
         include_str!("bricks/voxel_intersect.wgsl"),
         include_str!("bricks/motion.wgsl"),
+        include_str!("bricks/walk.wgsl"),
         include_str!("bricks/step.wgsl"),
         include_str!("bricks/light_levels.wgsl"),
         include_str!("bricks/light.wgsl"),
@@ -123,6 +124,18 @@ pub mod wgsl {
         include_str!("bricks.wgsl"),
         include_str!("bricks/stored_material.wgsl"),
         include_str!("path/brick_scene.wgsl")
+    );
+    /// What shaders of a host ask of sparse bricks.
+    pub const BRICK_HOST: &str = concat!(
+        include_str!("camera.wgsl"),
+        include_str!("bricks.wgsl"),
+        include_str!("bricks/cubic.wgsl"),
+        include_str!("bricks/voxel_intersect.wgsl"),
+        include_str!("bricks/motion.wgsl"),
+        include_str!("bricks/walk.wgsl"),
+        include_str!("bricks/stored_material.wgsl"),
+        include_str!("path/brick_scene.wgsl"),
+        include_str!("bricks/host.wgsl")
     );
     /// What paths of light ask of a dense volume.
     pub const DENSE_PATHS: &str = concat!(

@@ -2,8 +2,9 @@
 
 use crate::representation::{MeshStorage, Storage, StoredTriangles};
 use crate::{RenderError, World, rendering};
-use argil_gpu::{HostFrame, HostTargets, wgpu};
-use argil_render::{Perspective, RenderMode, RenderSettings, frame_uniforms};
+use argil_abi::FrameUniform;
+use argil_gpu::{GpuError, GpuProgram, GpuVolume, HostFrame, HostTargets, ShaderVolume, wgpu};
+use argil_render::{Camera, Perspective, RenderMode, RenderSettings, frame_uniforms};
 
 impl World {
     /// Prepares to draw frames into the targets of a host. Each view needs its own, and keeps its buffers from frame to frame.
@@ -86,5 +87,60 @@ impl World {
             _ => frame.encode_field(field, frames, encoder)?,
         }
         Ok(())
+    }
+    /// Binds a world of bricks for a host's shaders: they ask for distances, gradients, materials and rays. Edits change what they
+    /// read once [`World::update_shader_volume`] has followed them.
+    ///
+    /// ```no_run
+    /// use argil::gpu::wgpu;
+    /// use argil::prelude::*;
+    /// # fn pipeline(world: &World, device: &wgpu::Device) -> Result<(), Box<dyn std::error::Error>> {
+    /// let volume = world.shader_volume()?;
+    /// let source = volume.wgsl(1) + "
+    /// @fragment
+    /// fn glow(@location(0) place: vec3<f32>) -> @location(0) vec4<f32> {
+    ///     return vec4(exp(-8.0 * max(argil_distance(place), 0.0)));
+    /// }";
+    /// let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    ///     label: None,
+    ///     source: wgpu::ShaderSource::Wgsl(source.into()),
+    /// });
+    /// // A pipeline whose layout has `volume.layout()` as group 1, and in a pass:
+    /// // pass.set_bind_group(1, volume.bind_group(), &[]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// If the world is on the CPU or not of bricks, or the device fails.
+    pub fn shader_volume(&self) -> Result<ShaderVolume, RenderError> {
+        let (field, volume, frame) = self.volume_of_shaders()?;
+        Ok(ShaderVolume::new(field, volume, &frame)?)
+    }
+
+    /// Follows edits of the world. Returns whether there is another bind group, because memory grew.
+    ///
+    /// # Errors
+    /// As for [`World::shader_volume`].
+    pub fn update_shader_volume(&self, own: &mut ShaderVolume) -> Result<bool, RenderError> {
+        let (field, volume, frame) = self.volume_of_shaders()?;
+        Ok(own.follow(field, volume, &frame)?)
+    }
+
+    /// Returns what shaders read, with the accuracy of a frame.
+    fn volume_of_shaders(&self) -> Result<(&GpuProgram, &GpuVolume, FrameUniform), RenderError> {
+        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
+        let Storage::Gpu(volume) = &self.storage else {
+            return Err(GpuError::NotBricks.into());
+        };
+        let grid = self.storage.voxel_grid();
+        let around = self.view_bounds;
+        let camera = Camera::orbit(around, [30.0, 20.0, 2.5], 45.0);
+        let settings = RenderSettings {
+            size: [1, 1],
+            ..RenderSettings::default()
+        };
+        let frames = frame_uniforms(&settings, &camera, self.program(), grid.as_ref(), around);
+        Ok((field, volume, frames.into_iter().next().unwrap_or_default()))
     }
 }

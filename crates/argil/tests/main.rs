@@ -22,6 +22,8 @@ mod lights;
 mod live_image;
 mod openvdb;
 mod query;
+#[cfg(feature = "gpu")]
+mod shader_volume;
 mod still;
 mod volume_distances;
 mod volume_files;
