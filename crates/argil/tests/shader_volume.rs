@@ -34,38 +34,16 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-/// Asks a volume at points and along rays: four answers each.
-fn asked(
-    host: &Host,
+/// Compiles the host's shader, and returns the layout of its buffers.
+fn pipeline(
+    device: &wgpu::Device,
     volume: &ShaderVolume,
-    rays: &[[Vec3; 2]],
-) -> Result<Vec<[[f32; 4]; 4]>, Box<dyn std::error::Error>> {
-    let device = &host.device;
+) -> (wgpu::ComputePipeline, wgpu::BindGroupLayout) {
     let source = ASK.replace("@group(0)", "@group(1)") + &volume.wgsl(0);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(source.into()),
     });
-    let buffer = |size, usage| {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size,
-            usage: usage | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    };
-    let count = rays.len() as u64;
-    let storage = wgpu::BufferUsages::STORAGE;
-    let questions = buffer(32 * count, storage);
-    let answers = buffer(64 * count, storage | wgpu::BufferUsages::COPY_SRC);
-    let staging = buffer(64 * count, wgpu::BufferUsages::MAP_READ);
-    let words: Vec<[f32; 4]> = rays
-        .iter()
-        .flatten()
-        .map(|v| v.extend(0.0).into())
-        .collect();
-    host.queue
-        .write_buffer(&questions, 0, bytemuck::cast_slice(&words));
     let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -93,6 +71,37 @@ fn asked(
         compilation_options: Default::default(),
         cache: None,
     });
+    (pipeline, own)
+}
+
+/// Asks a volume at points and along rays: four answers each.
+fn asked(
+    host: &Host,
+    volume: &ShaderVolume,
+    rays: &[[Vec3; 2]],
+) -> Result<Vec<[[f32; 4]; 4]>, Box<dyn std::error::Error>> {
+    let device = &host.device;
+    let buffer = |size, usage| {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    };
+    let count = rays.len() as u64;
+    let storage = wgpu::BufferUsages::STORAGE;
+    let questions = buffer(32 * count, storage);
+    let answers = buffer(64 * count, storage | wgpu::BufferUsages::COPY_SRC);
+    let staging = buffer(64 * count, wgpu::BufferUsages::MAP_READ);
+    let words: Vec<[f32; 4]> = rays
+        .iter()
+        .flatten()
+        .map(|v| v.extend(0.0).into())
+        .collect();
+    host.queue
+        .write_buffer(&questions, 0, bytemuck::cast_slice(&words));
+    let (pipeline, own) = pipeline(device, volume);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &own,
