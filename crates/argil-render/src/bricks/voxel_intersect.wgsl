@@ -28,22 +28,28 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, origin: vec3<f32>, inn
 }
 
 // Interpolates at a position that may be beyond a brick's end along an axis. Returns the distance from `inner` as
-// well. Reads the neighbor's brick or, without one, the brick's end. Avoids branches, because software devices
-// execute both sides.
+// well. Reads the neighbor's brick or, without one, the brick's end.
 fn brick_beside(at: CellLocations, axis: u32, by: f32) -> vec2<f32> {
     let side = f32(volume.brick_size_voxels);
     var place = at.inner;
     place[axis] += by;
     let over = place[axis] - clamp(place[axis], 0.0, side);
-    var cell = vec3<i32>(at.cell);
-    cell[axis] += i32(over > 0.0) - i32(over < 0.0);
-    let held = clamp(cell, low_cell(), high_cell() - 1);
-    let word = word_at(word_index(held));
-    let exists = is_brick(word) && all(held == cell);
-    let across = select(0.0, select(-side, side, over > 0.0), over != 0.0);
-    place[axis] -= select(over, across, exists);
-    let d = brick_distance(filter_origin(select(at.word, word, exists)), place);
-    return vec2(d, by - select(over, 0.0, exists));
+    var word = at.word;
+    var pull = over;
+    var given = by - over;
+    // Few places are beyond. This is a loop because software devices execute branches that no thread takes.
+    for (var left = u32(over != 0.0); left > 0u; left--) {
+        var cell = vec3<i32>(at.cell);
+        cell[axis] += i32(over > 0.0) - i32(over < 0.0);
+        let held = clamp(cell, low_cell(), high_cell() - 1);
+        let other = word_at(word_index(held));
+        let exists = is_brick(other) && all(held == cell);
+        word = select(word, other, exists);
+        pull = select(over, select(-side, side, over > 0.0), exists);
+        given = select(given, by, exists);
+    }
+    place[axis] -= pull;
+    return vec2(brick_distance(filter_origin(word), place), given);
 }
 
 fn change_along(at: CellLocations, axis: u32) -> f32 {
