@@ -51,7 +51,7 @@ pub trait DistanceSampler: Sync {
     }
 
     /// How many cells are asked for in one call. Points of one cell lie close together. A function that takes long to call
-    /// wants many.
+    /// wants many. From 1 to 4096.
     fn cells_at_once(&self) -> usize {
         1
     }

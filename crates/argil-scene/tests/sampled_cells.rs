@@ -40,7 +40,8 @@ fn many_cells_at_once_have_the_samples_of_single_ones() {
     };
     let (single, calls) = sample(1);
     assert!(single.has_inside() && calls > 1000, "{calls} calls");
-    for cells_at_once in [7, 256] {
+    assert!(sample(0).0 == single, "no cells at once differ");
+    for cells_at_once in [7, 256, usize::MAX] {
         let (many, fewer) = sample(cells_at_once);
         assert!(many == single, "{cells_at_once} cells at once differ");
         assert!(fewer < calls / 2, "{fewer} calls, {calls} for single cells");

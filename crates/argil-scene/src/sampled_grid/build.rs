@@ -31,6 +31,9 @@ const MAX_SEAM: f32 = 0.15;
 /// Minimum room around the solid in the finest level, in voxels. There, interpolation over two voxels is accurate enough.
 const MARGIN_VOXELS: f32 = 10.0;
 
+/// Maximum cells in one call, whose points fit a few hundred megabytes.
+const MAX_CELLS_AT_ONCE: usize = 4096;
+
 /// Samples reach this many times the solid's longest side away from it.
 const REACH: f32 = 2.0;
 
@@ -120,7 +123,7 @@ impl DistanceSampler for AtLeastBox<'_> {
     }
 
     fn cells_at_once(&self) -> usize {
-        self.measure.cells_at_once()
+        self.measure.cells_at_once().clamp(1, MAX_CELLS_AT_ONCE)
     }
 }
 
