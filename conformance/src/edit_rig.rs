@@ -3,7 +3,7 @@
 use crate::Wait;
 use crate::voxel_grid;
 use argil_field::{IncrementalProgram, Program};
-use argil_gpu::{Gpu, GpuProgram, GpuVolume};
+use argil_gpu::{Gpu, GpuProgram, GpuVolume, wgpu};
 use argil_math::Aabb;
 use argil_scene::{MarginRequest, Scene};
 use argil_volume::{
@@ -58,6 +58,9 @@ pub struct EditRig {
     kept: RigVolume,
     live: IncrementalProgram,
     seen: usize,
+    /// Edits that a host is to submit, and the number of those so far.
+    encoder: Option<wgpu::CommandEncoder>,
+    encoded: u32,
     /// Makes the scene record dirty boxes with the margins that the bricks need.
     watch: MarginRequest,
     /// Number of rebuilds.
@@ -92,6 +95,8 @@ impl EditRig {
             fresh: RefCell::new(gpu.map(field_of)),
             live: IncrementalProgram::new(scene, layout.parts(&program)).expect("a program"),
             seen: scene.change_count(),
+            encoder: None,
+            encoded: 0,
             watch,
             rebakes: 0,
             done: EditStats::default(),
@@ -114,12 +119,9 @@ impl EditRig {
             self.layout = layout.expect("a layout");
         } else {
             self.layout = self.layout.grown_to(solid).expect("a layout");
-            match (&mut self.kept, &self.field) {
-                (RigVolume::Cpu(bricks), _) => bricks.grow(self.layout),
-                (RigVolume::Gpu(volume), Some(field)) => volume
-                    .grow(field.gpu(), &BrickPendingEdits::of(self.layout))
-                    .expect("room"),
-                (RigVolume::Gpu(_), None) => {}
+            match &mut self.kept {
+                RigVolume::Cpu(bricks) => bricks.grow(self.layout),
+                RigVolume::Gpu(volume) => volume.grow(&BrickPendingEdits::of(self.layout)),
             }
         }
         let work = EditQueue::new(&self.layout, &before, &self.live, &boxes);
@@ -141,18 +143,37 @@ impl EditRig {
             }
             (RigVolume::Gpu(volume), Some(field)) => {
                 field.update_from(&self.live).expect("a field");
+                // In turns, edits are submitted here, by a host, and by a host two at once.
+                let gpu = field.gpu();
+                let begin = || gpu.device().create_command_encoder(&Default::default());
+                let encoder = match self.encoded % 4 {
+                    0 => None,
+                    _ => Some(self.encoder.get_or_insert_with(begin)),
+                };
                 let edit = volume
-                    .edit(field, &self.live, &mut edits, None, None)
+                    .edit(field, &self.live, &mut edits, None, (None, encoder))
                     .wait();
                 edit.expect("an edit");
+                if self.encoded % 4 != 1 {
+                    self.submit();
+                }
+                self.encoded += 1;
             }
             (RigVolume::Gpu(_), None) => {}
         }
         self.seen = scene.change_count();
     }
 
+    /// Submits what a host has encoded.
+    fn submit(&mut self) {
+        if let (Some(encoder), Some(field)) = (self.encoder.take(), &self.field) {
+            field.gpu().queue().submit([encoder.finish()]);
+        }
+    }
+
     /// Waits for a GPU.
     pub fn settle(&mut self) {
+        self.submit();
         if let (RigVolume::Gpu(volume), Some(field)) = (&mut self.kept, &self.field) {
             self.done += volume.flush(field.gpu()).wait().expect("an answer");
         }
@@ -160,6 +181,7 @@ impl EditRig {
 
     /// Frees memory on a GPU that edits no longer need.
     pub fn trim(&mut self) {
+        self.submit();
         if let (RigVolume::Gpu(volume), Some(field)) = (&mut self.kept, &self.field) {
             volume.shrink_to_fit(field).wait().expect("room");
         }
@@ -181,12 +203,13 @@ impl EditRig {
 
     /// Counts differences from a fresh bake: cells, table entries, and blocks that should have been
     /// freed.
-    pub fn differing(&self, scene: &Scene) -> u64 {
+    pub fn differing(&mut self, scene: &Scene) -> u64 {
         self.compare(scene).0
     }
 
     /// Returns what [`EditRig::differing`] counts, and describes the first cell that has a brick in one of the two.
-    pub fn compare(&self, scene: &Scene) -> (u64, Option<String>) {
+    pub fn compare(&mut self, scene: &Scene) -> (u64, Option<String>) {
+        self.settle();
         let program = Program::lower(scene).expect("a program");
         // It has the same box, if that contains the solid.
         let layout = self.layout.grown_to(program.aabb()).expect("a layout");

@@ -142,7 +142,11 @@ impl VolumeTables for BrickTables {
         let bricks: u64 = self.pool.map(u64::from).iter().product();
         let tables =
             self.cells.memory_bytes() + self.materials.size() + self.accounting.counters.size();
-        let making = self.making.as_ref().map_or(0, |making| making.size());
+        let making = self
+            .making
+            .iter()
+            .map(|(making, _)| making.size())
+            .sum::<u64>();
         let brick = u64::from(self.layout.brick_samples()) * body.texel_bytes();
         bricks * brick + tables + making
     }
@@ -165,16 +169,14 @@ impl VolumeTables for BrickTables {
         Some(Box::new(BrickPendingEdits::of(self.layout)))
     }
 
-    fn grow(
-        &mut self,
-        body: &mut VolumeStorage,
-        gpu: &Gpu,
-        edits: &dyn PendingEdits,
-    ) -> Result<(), GpuError> {
-        match BrickPendingEdits::downcast_ref(edits) {
-            Some(edits) => self.grow_to(body, gpu, edits.layout),
-            None => Ok(()),
+    fn grow(&mut self, body: &mut VolumeStorage, edits: &dyn PendingEdits) {
+        if let Some(edits) = BrickPendingEdits::downcast_ref(edits) {
+            self.grow_to(body, edits.layout);
         }
+    }
+
+    fn has_lost_edits(&self) -> bool {
+        self.making.iter().any(|(_, own)| own.is_dropped())
     }
 
     fn edit<'a>(&'a mut self, body: &'a mut VolumeStorage, edit: EditContext<'a>) -> Work<'a, ()> {
@@ -182,7 +184,7 @@ impl VolumeTables for BrickTables {
     }
 
     fn wait_for_counters<'a>(&'a mut self, gpu: &'a Gpu) -> Work<'a, EditStats> {
-        Box::pin(async move { self.accounting.wait_for_counters(gpu).await })
+        Box::pin(self.wait_in(gpu))
     }
 
     fn trim<'a>(&'a mut self, body: &'a mut VolumeStorage, field: &'a GpuProgram) -> Work<'a, ()> {
@@ -364,7 +366,8 @@ impl GpuVolume {
                 bricks.mixed().len() as u64 / PLACES,
             )?,
             lipschitz: bricks.lipschitz(),
-            making: None,
+            making: Vec::new(),
+            gone: Vec::new(),
             light: GpuLight::new(gpu)?,
             uniform: BrickUniform::default(),
         };

@@ -147,6 +147,16 @@ impl Gpu {
         self.as_hardware || self.info.kind != DeviceKind::Software
     }
 
+    /// Returns wgpu's device, for a renderer of the program's own.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Returns the queue of the device.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
     /// Describes the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.info

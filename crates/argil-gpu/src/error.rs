@@ -80,6 +80,11 @@ pub enum GpuError {
         "shaders of a host read sparse bricks, and this is another representation: use `World::bricks`"
     )]
     NotBricks,
+    /// An encoder with edits was dropped, so that the world does not match its scene, or it is still to be submitted.
+    #[error(
+        "an encoder with edits was dropped, or is not submitted yet: submit it first, or apply the scene again, which builds the world"
+    )]
+    NotSubmitted,
     /// Bricks store only the surface at distance 0.
     #[error("sparse bricks contain only the surface at distance 0")]
     UnsupportedIsoLevel,

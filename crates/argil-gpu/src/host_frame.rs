@@ -169,7 +169,7 @@ impl HostFrame {
         let Some(first) = frames.first() else {
             return Ok(());
         };
-        let (way, bound) = field.field_way()?;
+        let (way, bound) = field.field_way(Some(encoder))?;
         let passes = field.picture(way, MoreLight::of(first))?;
         self.write_view(field.gpu(), first, clip_from_world);
         self.encode(field, (passes, bound), frames, encoder)

@@ -127,15 +127,9 @@ impl VolumeTables for GpuLevels {
         VolumeKind::edits(&self.levels)
     }
 
-    fn grow(
-        &mut self,
-        body: &mut VolumeStorage,
-        gpu: &Gpu,
-        edits: &dyn PendingEdits,
-    ) -> Result<(), GpuError> {
+    fn grow(&mut self, body: &mut VolumeStorage, edits: &dyn PendingEdits) {
         VolumeKind::grow(&mut self.levels, edits);
         body.voxel_grid = *self.levels.voxel_grid();
-        self.upload_changes(body, gpu)
     }
 
     fn edit<'a>(&'a mut self, body: &'a mut VolumeStorage, edit: EditContext<'a>) -> Work<'a, ()> {

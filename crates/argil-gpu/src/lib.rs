@@ -75,6 +75,8 @@ mod staging;
 #[cfg(feature = "device")]
 mod storage_buffer;
 #[cfg(feature = "device")]
+mod submission;
+#[cfg(feature = "device")]
 mod texel_format;
 #[cfg(feature = "device")]
 mod tile_source;
@@ -86,6 +88,10 @@ mod trace_mode;
 mod volume;
 #[cfg(feature = "device")]
 mod work;
+
+/// The encoder of a host.
+#[cfg(feature = "device")]
+pub type HostEncoder = wgpu::CommandEncoder;
 
 /// The version of wgpu whose devices [`Gpu::from_wgpu`] takes.
 #[cfg(feature = "device")]
@@ -105,4 +111,4 @@ pub use {
 #[cfg(not(feature = "device"))]
 mod no_device;
 #[cfg(not(feature = "device"))]
-pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, PathWork, devices};
+pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, HostEncoder, PathWork, devices};

@@ -392,7 +392,7 @@ async fn refine(
     recorder: &mut PassRecorder<'_>,
 ) -> Result<(), GpuError> {
     let gpu = field.gpu();
-    let near = field.near_for(EVALUATIONS * u64::from(marching.vertices))?;
+    let near = field.near_for(EVALUATIONS * u64::from(marching.vertices), None)?;
     let by_lists = near.is_some();
     let passes = field.passes(("project to field", u32::from(by_lists)), || {
         Passes::new(gpu, project_module(&field.wgsl_by(by_lists), by_lists))

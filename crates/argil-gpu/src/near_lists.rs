@@ -2,10 +2,12 @@
 
 use crate::bindings::{Bind, COUNTERS, FIELD_BINDS, LISTS, PRUNE, TABLES_WGSL};
 use crate::pass_module::{PassModule, Passes};
+use crate::pass_recorder::PassRecorder;
 use crate::resources::uniform_of;
 use crate::storage_buffer::StorageBuffer;
+use crate::submission::Submission;
 use crate::trace_mode::BoundResource;
-use crate::{Gpu, GpuError, GpuProgram};
+use crate::{Gpu, GpuError, GpuProgram, HostEncoder};
 use argil_abi::{COUNTER_LISTS, NearUniform};
 use argil_field::Program;
 
@@ -62,8 +64,8 @@ pub(crate) struct NearLists {
     uniform: Option<wgpu::Buffer>,
     /// The grid of the program, and the program's length. `None` if it is evaluated whole.
     grid: Option<(NearUniform, usize)>,
-    /// Whether the lists are those of the program.
-    are_made: bool,
+    /// The submission that makes the lists of the program.
+    made: Option<Submission>,
 }
 
 impl Default for NearLists {
@@ -73,7 +75,7 @@ impl Default for NearLists {
             counters: StorageBuffer::new("counters of lists"),
             uniform: None,
             grid: None,
-            are_made: false,
+            made: None,
         }
     }
 }
@@ -86,7 +88,7 @@ impl NearLists {
         let around = solid.grown(AROUND * solid.size().max_element());
         let grid = program.near_grid(around).filter(|_| length > SHORT);
         self.grid = grid.map(|grid| (grid, length));
-        self.are_made = false;
+        self.made = None;
     }
 
     /// Returns the bytes on the device.
@@ -94,26 +96,35 @@ impl NearLists {
         self.lists.size() + self.counters.size()
     }
 
+    /// Whether the lists are those of the program.
+    fn are_made(&self) -> bool {
+        self.made.as_ref().is_some_and(|own| !own.is_dropped())
+    }
+
     /// Whether some evaluations are faster by lists, with the time to make them.
     pub(crate) fn pays_for(&self, gpu: &Gpu, evaluations: u64) -> bool {
         let much = MUCH[usize::from(gpu.is_hardware())];
         let work = |&(_, length): &(NearUniform, usize)| evaluations.saturating_mul(length as u64);
-        self.are_made || self.grid.as_ref().is_some_and(|grid| work(grid) >= much)
+        self.are_made() || self.grid.as_ref().is_some_and(|grid| work(grid) >= much)
     }
 
-    /// Makes the lists, unless they are made. Returns what is bound of them, or `None` if the program is evaluated whole.
+    /// Makes the lists, unless they are made, in the encoder of a host if there is one. Returns what is bound of them, or `None` if
+    /// the program is evaluated whole.
     pub(crate) fn bound(
         &mut self,
         field: &GpuProgram,
+        host: Option<&mut HostEncoder>,
     ) -> Result<Option<Vec<BoundResource>>, GpuError> {
         let Some((mut grid, length)) = self.grid else {
             return Ok(None);
         };
         let gpu = field.gpu();
-        if !self.are_made {
+        if !self.are_made() {
             self.reserve(gpu, &mut grid, length as u64)?;
-            self.make(field, &grid, length as u64)?;
-            self.are_made = true;
+            let mut recorder = PassRecorder::untimed(gpu, host);
+            self.make(field, &grid, length as u64, recorder.encoder())?;
+            recorder.submit()?;
+            self.made = Some(recorder.submission());
         }
         let uniform = self
             .uniform
@@ -144,8 +155,14 @@ impl NearLists {
         Ok(())
     }
 
-    /// Submits the passes that make the lists.
-    fn make(&self, field: &GpuProgram, grid: &NearUniform, length: u64) -> Result<(), GpuError> {
+    /// Encodes the passes that make the lists.
+    fn make(
+        &self,
+        field: &GpuProgram,
+        grid: &NearUniform,
+        length: u64,
+        encoder: &mut HostEncoder,
+    ) -> Result<(), GpuError> {
         let gpu = field.gpu();
         let passes = field.passes("lists of parts", || {
             Passes::new(gpu, near_lists_module(&field.near_lists_wgsl()))
@@ -173,14 +190,12 @@ impl NearLists {
                 layout: &passes.layout,
                 entries: &entries,
             });
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
             for (pipeline, groups) in stages {
                 let mut pass = encoder.begin_compute_pass(&Default::default());
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &bound, &[]);
                 pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
             }
-            gpu.submit(encoder);
         })
     }
 }

@@ -25,6 +25,10 @@ pub async fn devices() -> Vec<DeviceInfo> {
 #[derive(Debug)]
 pub enum Gpu {}
 
+/// The encoder of a host.
+#[derive(Debug)]
+pub enum HostEncoder {}
+
 /// A program on a device.
 #[derive(Debug)]
 pub enum GpuProgram {}
@@ -295,7 +299,7 @@ impl GpuVolume {
         /// Frees unused memory.
         shrink_to_fit(&GpuProgram) -> ();
         /// Submits edits.
-        edit(&GpuProgram, &IncrementalProgram, &mut dyn PendingEdits, Option<u64>, Option<Duration>) -> ();
+        edit(&GpuProgram, &IncrementalProgram, &mut dyn PendingEdits, Option<u64>, (Option<Duration>, Option<&mut HostEncoder>)) -> ();
     }
 
     /// Returns the voxel grid.
@@ -314,10 +318,12 @@ impl GpuVolume {
     }
 
     /// Grows to a larger box with the same voxels.
-    ///
-    /// # Errors
-    /// Never.
-    pub fn grow(&mut self, _: &Gpu, _: &dyn PendingEdits) -> Result<(), GpuError> {
+    pub fn grow(&mut self, _: &dyn PendingEdits) {
+        match *self {}
+    }
+
+    /// Whether an encoder with edits was dropped.
+    pub fn has_lost_edits(&self) -> bool {
         match *self {}
     }
 

@@ -1,5 +1,6 @@
 //! Runs the passes of a build, and times each stage.
 
+use crate::submission::Submission;
 use crate::timing::Timing;
 use crate::{Gpu, GpuError, StageTimings};
 use web_time::Instant;
@@ -24,6 +25,8 @@ pub(crate) struct PassRecorder<'a> {
     gpu: &'a Gpu,
     /// What is not submitted yet.
     encoder: Option<wgpu::CommandEncoder>,
+    /// The encoder of a host, which submits it.
+    host: Option<&'a mut wgpu::CommandEncoder>,
     timing: Option<Timing>,
     /// Whether durations are needed.
     is_timed: bool,
@@ -38,21 +41,18 @@ impl<'a> PassRecorder<'a> {
     /// Creates a recorder for any number of passes.
     pub(crate) fn new(gpu: &'a Gpu) -> Result<Self, GpuError> {
         Ok(Self {
-            gpu,
-            encoder: None,
             timing: Timing::new(gpu, PASSES_PER_READBACK)?,
             is_timed: true,
-            start: Instant::now(),
-            passes: Vec::new(),
-            stamps: Vec::new(),
+            ..Self::untimed(gpu, None)
         })
     }
 
-    /// Creates a recorder that neither waits nor measures, and submits passes together when it is asked to.
-    pub(crate) fn untimed(gpu: &'a Gpu) -> Self {
+    /// Creates a recorder that neither waits nor measures. It submits passes together when it is asked to, or leaves that to a host.
+    pub(crate) fn untimed(gpu: &'a Gpu, host: Option<&'a mut wgpu::CommandEncoder>) -> Self {
         Self {
             gpu,
             encoder: None,
+            host,
             timing: None,
             is_timed: false,
             start: Instant::now(),
@@ -61,14 +61,33 @@ impl<'a> PassRecorder<'a> {
         }
     }
 
+    pub(crate) fn gpu(&self) -> &'a Gpu {
+        self.gpu
+    }
+
     /// Returns the encoder of what is submitted next.
     pub(crate) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        if let Some(host) = &mut self.host {
+            return host;
+        }
         let device = &self.gpu.device;
         let begin = || device.create_command_encoder(&Default::default());
         self.encoder.get_or_insert_with(begin)
     }
 
-    /// Submits what is not submitted yet. Buffers that are written later change for what follows.
+    /// Whether a host submits the passes.
+    pub(crate) fn is_for_host(&self) -> bool {
+        self.host.is_some()
+    }
+
+    /// Returns the submission of everything so far.
+    pub(crate) fn submission(&self) -> Submission {
+        self.host
+            .as_ref()
+            .map_or_else(Submission::made, |host| Submission::of(host))
+    }
+
+    /// Submits what is not submitted yet, unless a host does. Buffers that are written later change for what follows.
     pub(crate) fn submit(&mut self) -> Result<(), GpuError> {
         match self.encoder.take() {
             Some(encoder) => self.gpu.with_error_scope(|| self.gpu.submit(encoder)),

@@ -38,7 +38,7 @@ impl GpuProgram {
         // Rays that go anywhere have other lists in each thread of hardware, which takes many registers.
         let (way, bound) = match self.gpu().is_hardware() {
             true => (&FIELD, Vec::new()),
-            false => self.field_way()?,
+            false => self.field_way(None)?,
         };
         self.trace_through(way, bound, work, still).await
     }

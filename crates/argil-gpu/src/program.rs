@@ -6,7 +6,7 @@ use crate::near_lists::NearLists;
 use crate::storage_buffer::StorageBuffer;
 use crate::tile_source::TileSource;
 use crate::trace_mode::BoundResource;
-use crate::{DeviceKind, Gpu, GpuError};
+use crate::{DeviceKind, Gpu, GpuError, HostEncoder};
 use argil_abi::{GPU_STACK_SLOTS, Instruction};
 use argil_field::{IncrementalProgram, Interpreter, Program};
 use std::any::Any;
@@ -260,14 +260,16 @@ impl GpuProgram {
         self.interpreter.near_lists_wgsl()
     }
 
-    /// Returns what is bound of the program's lists for some evaluations, or `None` if they evaluate the program whole.
+    /// Returns what is bound of the program's lists for some evaluations, or `None` if they evaluate the program whole. A host's encoder
+    /// gets what makes the lists.
     pub(crate) fn near_for(
         &self,
         evaluations: u64,
+        host: Option<&mut HostEncoder>,
     ) -> Result<Option<Vec<BoundResource>>, GpuError> {
         let mut near = self.near.lock().unwrap_or_else(PoisonError::into_inner);
         match near.pays_for(&self.gpu, evaluations) {
-            true => near.bound(self),
+            true => near.bound(self, host),
             false => Ok(None),
         }
     }
@@ -282,7 +284,7 @@ impl GpuProgram {
     pub(crate) fn tile_field(&self, at_once: bool, samples: u64) -> Result<TileField, GpuError> {
         let columns = self.columns.as_ref().filter(|_| at_once);
         let near = match at_once && (columns.is_none() || self.length >= LONG_COLUMNS) {
-            true => self.near_for(samples)?,
+            true => self.near_for(samples, None)?,
             false => None,
         };
         let columns = columns.filter(|_| near.is_none());

@@ -21,7 +21,7 @@ impl GpuProgram {
             return Ok(Vec::new());
         }
         let gpu = self.gpu();
-        let near = self.near_for(points.len() as u64)?;
+        let near = self.near_for(points.len() as u64, None)?;
         let by_lists = near.is_some();
         let passes = self.passes(("query", u32::from(by_lists)), || {
             Passes::new(gpu, query_module(&self.wgsl_by(by_lists), by_lists))

@@ -15,7 +15,7 @@ use crate::pass_module::{PassModule, Passes};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
 use crate::resolve::resolve_module;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
-use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
+use crate::{DeviceKind, Gpu, GpuError, GpuProgram, HostEncoder};
 use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -61,10 +61,13 @@ pub(crate) static NEAR_FIELD: TraceMode = TraceMode {
 };
 
 impl GpuProgram {
-    /// Returns how frames and paths evaluate the field, and what they bind for it.
-    pub(crate) fn field_way(&self) -> Result<(&'static TraceMode, Vec<BoundResource>), GpuError> {
+    /// Returns how frames and paths evaluate the field, and what they bind for it. A host's encoder gets what that needs first.
+    pub(crate) fn field_way(
+        &self,
+        host: Option<&mut HostEncoder>,
+    ) -> Result<(&'static TraceMode, Vec<BoundResource>), GpuError> {
         self.check_length()?;
-        Ok(match self.near_for(u64::MAX)? {
+        Ok(match self.near_for(u64::MAX, host)? {
             Some(bound) => (&NEAR_FIELD, bound),
             None => (&FIELD, Vec::new()),
         })
@@ -102,7 +105,7 @@ impl GpuProgram {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
-        let (way, bound) = self.field_way()?;
+        let (way, bound) = self.field_way(None)?;
         let passes = self.picture(way, MoreLight::of(first))?;
         let extras = FrameExtras::default();
         let drawn = passes.draw(self, bound, extras, frames, with_hits).await?;

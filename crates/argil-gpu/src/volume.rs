@@ -9,7 +9,7 @@ use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
 use crate::trace_mode::{BoundResource, TraceMode};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuProgram};
+use crate::{Gpu, GpuError, GpuProgram, HostEncoder};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
 use argil_render::{RenderOutput, Still};
@@ -45,17 +45,15 @@ pub(crate) trait VolumeTables: std::fmt::Debug + Any + Send + Sync {
         None
     }
 
-    /// Grows to the box that the edits have grown to. Samples nothing.
-    fn grow(
-        &mut self,
-        _body: &mut VolumeStorage,
-        _gpu: &Gpu,
-        _edits: &dyn PendingEdits,
-    ) -> Result<(), GpuError> {
-        Ok(())
+    /// Grows to the box that the edits have grown to, with the next edit. Samples nothing.
+    fn grow(&mut self, _body: &mut VolumeStorage, _edits: &dyn PendingEdits) {}
+
+    /// Whether an encoder with edits was dropped.
+    fn has_lost_edits(&self) -> bool {
+        false
     }
 
-    /// Submits remaining edits.
+    /// Submits remaining edits, or encodes them for a host.
     fn edit<'a>(
         &'a mut self,
         _body: &'a mut VolumeStorage,
@@ -135,6 +133,8 @@ pub(crate) struct EditContext<'a> {
     pub budget: Option<u64>,
     /// Submit about as much as the device does in this time.
     pub within: Option<Duration>,
+    /// The encoder of a host, which submits the edits.
+    pub encoder: Option<&'a mut wgpu::CommandEncoder>,
 }
 
 /// How to mesh a volume.
@@ -371,16 +371,18 @@ impl GpuVolume {
         self.kind.edits()
     }
 
-    /// Grows to the box that its edits have [grown to](PendingEdits::grow_to). Samples nothing.
-    ///
-    /// # Errors
-    /// If the tables exceed the device's memory.
-    pub fn grow(&mut self, gpu: &Gpu, edits: &dyn PendingEdits) -> Result<(), GpuError> {
-        self.kind.grow(&mut self.body, gpu, edits)
+    /// Grows to the box that its edits have [grown to](PendingEdits::grow_to), with the next edit. Samples nothing.
+    pub fn grow(&mut self, edits: &dyn PendingEdits) {
+        self.kind.grow(&mut self.body, edits);
+    }
+
+    /// Whether an encoder with edits was dropped before it was submitted. The volume must be built again.
+    pub fn has_lost_edits(&self) -> bool {
+        self.kind.has_lost_edits()
     }
 
     /// Submits remaining edits without waiting, all of them or about as much as the device does in a time. `incremental`
-    /// is the program that `field` [follows](GpuProgram::update_from).
+    /// is the program that `field` [follows](GpuProgram::update_from). With an encoder, its owner submits them.
     ///
     /// # Errors
     /// If the result would exceed `budget` bytes. The batch in progress is lost then.
@@ -390,7 +392,7 @@ impl GpuVolume {
         incremental: &IncrementalProgram,
         edits: &mut dyn PendingEdits,
         budget: Option<u64>,
-        within: Option<Duration>,
+        (within, encoder): (Option<Duration>, Option<&mut HostEncoder>),
     ) -> Result<(), GpuError> {
         let editing = EditContext {
             field,
@@ -398,6 +400,7 @@ impl GpuVolume {
             edits,
             budget,
             within,
+            encoder,
         };
         self.kind.edit(&mut self.body, editing).await
     }

@@ -159,6 +159,43 @@ impl World {
         wait(self.apply_within_async(scene, budget))
     }
 
+    /// Updates the world after its scene was edited, as [`World::apply`] does, with commands in the encoder of a host.
+    ///
+    /// Edits of bricks are encoded: nothing is submitted, waited for or read back, and once the edits of a few frames were
+    /// submitted, nothing is created, unless the world grows. Levels are written before the submission. Other representations
+    /// are built again, which submits and waits, as do bricks where [`EditReport::reason`] says so.
+    ///
+    /// Encode edits before the frames that show them, and submit encoders in the order in which they were written to. A frame that was
+    /// encoded before the edits of its submission may be wrong where they are. If an encoder with edits is dropped, the next
+    /// update builds the world again.
+    ///
+    /// ```no_run
+    /// use argil::gpu::{HostFrame, wgpu};
+    /// use argil::prelude::*;
+    /// # fn draw(world: &mut World, scene: &mut Scene, frame: &mut HostFrame, settings: &RenderSettings,
+    /// #         view: [[f32; 4]; 4], device: &wgpu::Device, queue: &wgpu::Queue)
+    /// # -> Result<(), Box<dyn std::error::Error>> {
+    /// scene.push(Shape::sphere(0.2).at([0.5, 0.0, 0.0]).subtract())?;
+    /// let mut encoder = device.create_command_encoder(&Default::default());
+    /// world.encode_edits(&scene, &mut encoder)?;
+    /// world.encode_frame(frame, view, settings, &mut encoder)?;
+    /// // The host's render pass, with `frame.composite(&mut pass)`, and then:
+    /// queue.submit([encoder.finish()]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// If the world is on the CPU, the scene cannot be compiled, the result exceeds the memory budget, or the device fails.
+    #[cfg(feature = "gpu")]
+    pub fn encode_edits(
+        &mut self,
+        scene: &Scene,
+        encoder: &mut argil_gpu::wgpu::CommandEncoder,
+    ) -> Result<EditReport, BuildError> {
+        wait(self.encode_edits_async(scene, encoder))
+    }
+
     /// Processes the remaining blocks of earlier edits and waits for the device. Returns what all edits did since
     /// the last call. A rebuild counts all bricks as filled.
     ///

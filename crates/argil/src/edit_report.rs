@@ -89,6 +89,9 @@ pub enum RebuildReason {
     /// The world's shaders were compiled for the scene before the edit.
     #[error("the world's shaders were compiled for the scene before the edit")]
     Specialized,
+    /// A host dropped an encoder with edits.
+    #[error("an encoder with edits was dropped before it was submitted")]
+    NotSubmitted,
     /// An earlier edit failed halfway.
     #[error("an earlier edit failed halfway")]
     FailedEdit,

@@ -5,7 +5,7 @@ use crate::memory::{budget_on, without_budget};
 use crate::representation::{Storage, has_outgrown};
 use crate::{BuildError, Engine};
 use argil_field::{IncrementalProgram, Program};
-use argil_gpu::{GpuProgram, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume, HostEncoder};
 use argil_math::Aabb;
 use argil_scene::{Extents, MarginRequest};
 use argil_scene::{Scene, SceneChange};
@@ -47,13 +47,26 @@ impl<'a> EditableVolume<'a> {
         }
     }
 
-    fn grow(&mut self, edits: &dyn PendingEdits) -> Result<(), BuildError> {
+    /// Whether a host has dropped edits.
+    pub(crate) fn has_lost_edits(&self) -> bool {
+        matches!(self, Self::Gpu(volume, _) if volume.has_lost_edits())
+    }
+
+    fn grow(&mut self, edits: &dyn PendingEdits) {
         match self {
             Self::Cpu(volume) => volume.grow(edits),
-            Self::Gpu(volume, field) => volume.grow(field.gpu(), edits)?,
+            Self::Gpu(volume, _) => volume.grow(edits),
         }
-        Ok(())
     }
+}
+
+/// How much of the edits to process, and who submits them.
+#[derive(Default)]
+pub(crate) struct EditPace<'a> {
+    /// `None` for all of them.
+    pub budget: Option<EditBudget>,
+    /// The encoder of a host, if the host submits what a device does.
+    pub encoder: Option<&'a mut HostEncoder>,
 }
 
 /// Tracks which changes of its scene a world has applied.
@@ -155,7 +168,7 @@ impl EditSession {
         mut kept: EditableVolume<'_>,
         before: (&Scene, Option<&Program>),
         (engine, budget): (&Engine, Option<u64>),
-        pace: Option<EditBudget>,
+        pace: EditPace<'_>,
     ) -> Result<UpdateResult, BuildError> {
         let start = Instant::now();
         let Some(edits) = &self.edits else {
@@ -211,8 +224,8 @@ impl EditSession {
         if !edits.merge(live, &boxes) {
             return Ok(self.request_rebuild(RebuildReason::TooLarge));
         }
-        if let Some(pace) = pace {
-            edits.sort_by_distance(pace.priority_point.into());
+        if let Some(budget) = pace.budget {
+            edits.sort_by_distance(budget.priority_point.into());
         }
         self.pending_boxes
             .extend(boxes.iter().map(|[dirty, _]| *dirty));
@@ -261,7 +274,7 @@ impl EditSession {
             return Ok(grows.then_some(RebuildReason::OutsideBox));
         }
         if edits.grow_to(solid).map_err(BricksError::from)? {
-            kept.grow(&**edits)?;
+            kept.grow(&**edits);
         }
         Ok(None)
     }
@@ -271,7 +284,7 @@ impl EditSession {
         &mut self,
         kept: EditableVolume<'_>,
         (engine, requested): (&Engine, Option<u64>),
-        pace: Option<EditBudget>,
+        pace: EditPace<'_>,
         start: Instant,
     ) -> Result<(), BuildError> {
         let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
@@ -280,8 +293,8 @@ impl EditSession {
         let budget = budget_on(engine, requested);
         let refuse = |error: BuildError| without_budget(error, requested);
         // NaN and negative budgets count as 0.
-        let within = pace.map(|pace| {
-            let seconds = (pace.max_ms * 1e-3).clamp(0.0, 1e6);
+        let within = pace.budget.map(|budget| {
+            let seconds = (budget.max_ms * 1e-3).clamp(0.0, 1e6);
             Duration::try_from_secs_f64(seconds).unwrap_or_default()
         });
         match kept {
@@ -293,7 +306,7 @@ impl EditSession {
             }
             EditableVolume::Gpu(volume, field) => {
                 volume
-                    .edit(field, live, &mut **edits, budget, within)
+                    .edit(field, live, &mut **edits, budget, (within, pace.encoder))
                     .await
                     .map_err(|e| refuse(e.into()))?;
             }
@@ -330,12 +343,16 @@ impl EditSession {
         mut kept: EditableVolume<'_>,
         machine: (&Engine, Option<u64>),
     ) -> Result<EditStats, BuildError> {
-        let going = self.continue_edits(kept.reborrow(), machine, None, Instant::now());
+        let pace = EditPace::default();
+        let going = self.continue_edits(kept.reborrow(), machine, pace, Instant::now());
         if let Err(error) = going.await {
             return Err(self.mark_stale(error));
         }
         if let EditableVolume::Gpu(volume, field) = kept {
-            self.stats += volume.flush(field.gpu()).await?;
+            match volume.flush(field.gpu()).await {
+                Ok(done) => self.stats += done,
+                Err(error) => return Err(self.mark_stale(error.into())),
+            }
         }
         Ok(self.take_stats())
     }

@@ -22,6 +22,9 @@ pub enum BuildError {
     /// The GPU cannot hold it, or failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
+    /// A host's encoder needs a world on its device.
+    #[error("the world is on the CPU: build it with `Engine::on_gpu` and the device of the host")]
+    NotOnGpu,
     /// The resolution is out of range.
     #[error(transparent)]
     Resolution(#[from] argil_volume::ResolutionError),

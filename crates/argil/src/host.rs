@@ -1,10 +1,12 @@
 //! Worlds in the frames of programs that have their own renderer.
 
+use crate::edit_session::EditPace;
 use crate::representation::{MeshStorage, Storage, StoredTriangles};
-use crate::{RenderError, World, rendering};
+use crate::{BuildError, EditReport, RenderError, World, rendering};
 use argil_abi::FrameUniform;
 use argil_gpu::{GpuError, GpuProgram, GpuVolume, HostFrame, HostTargets, ShaderVolume, wgpu};
 use argil_render::{Camera, Perspective, RenderMode, RenderSettings, frame_uniforms};
+use argil_scene::Scene;
 
 impl World {
     /// Prepares to draw frames into the targets of a host. Each view needs its own, and keeps its buffers from frame to frame.
@@ -40,12 +42,30 @@ impl World {
         Ok(HostFrame::new(field.gpu(), targets)?)
     }
 
+    /// Encodes edits, as a future: see [`World::encode_edits`].
+    ///
+    /// # Errors
+    /// If the world is on the CPU, the scene cannot be compiled, the result exceeds the memory budget, or the device fails.
+    pub async fn encode_edits_async(
+        &mut self,
+        scene: &Scene,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<EditReport, BuildError> {
+        if self.gpu.is_none() {
+            return Err(BuildError::NotOnGpu);
+        }
+        let pace = EditPace {
+            encoder: Some(encoder),
+            ..EditPace::default()
+        };
+        self.follow(scene, pace).await
+    }
+
     /// Encodes a frame of the world, which [`HostFrame::composite`] draws later in the same submission. `clip_from_world` is
     /// the host's projection times its view, by columns: any perspective, with reversed or infinite depth too.
     ///
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
     /// unless an edit needs memory. Submit a [`HostFrame`] before it is encoded again.
-    /// A field that was edited submits the passes that make its lists first.
     /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
     /// Levels show the pages that they have, and ask for no others.
     ///
@@ -79,6 +99,9 @@ impl World {
                 ..
             }) => return Err(RenderError::Triangles),
             Storage::Gpu(volume) => {
+                if volume.has_lost_edits() {
+                    return Err(GpuError::NotSubmitted.into());
+                }
                 if settings.mode == RenderMode::Shaded {
                     self.set_light(field, volume)?;
                 }
@@ -88,6 +111,7 @@ impl World {
         }
         Ok(())
     }
+
     /// Binds a world of bricks for a host's shaders: they ask for distances, gradients, materials and rays. Edits change what they
     /// read once [`World::update_shader_volume`] has followed them.
     ///

@@ -12,6 +12,8 @@ mod grow;
 mod host;
 #[cfg(feature = "gpu")]
 mod host_common;
+#[cfg(feature = "gpu")]
+mod host_edits;
 mod iso_levels;
 mod levels;
 mod levels_common;

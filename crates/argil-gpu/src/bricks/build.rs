@@ -268,7 +268,8 @@ impl<'a> BrickBuilder<'a> {
             pool: self.pool,
             accounting: self.accounting,
             lipschitz: self.program.lipschitz(),
-            making: None,
+            making: Vec::new(),
+            gone: Vec::new(),
             light: GpuLight::new(self.field.gpu())?,
             uniform: BrickUniform::default(),
         };

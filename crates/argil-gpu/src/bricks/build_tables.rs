@@ -26,6 +26,8 @@ pub(super) struct EditScratch {
     /// Indirect dispatches read another buffer than the one that is written.
     pub indirect: Option<wgpu::Buffer>,
     pub words: wgpu::Buffer,
+    /// What the fill uniform is for each dispatch.
+    pub fills: StorageBuffer,
     pub fill: wgpu::Buffer,
     pub prune: wgpu::Buffer,
 }
@@ -45,6 +47,7 @@ impl EditScratch {
             arguments: StorageBuffer::new("bricks to fill"),
             indirect: None,
             words,
+            fills: StorageBuffer::new("fill uniforms"),
             fill,
             prune,
         })
@@ -53,7 +56,8 @@ impl EditScratch {
     /// Returns the bytes on the device.
     pub(super) fn size(&self) -> u64 {
         let indirect = self.indirect.as_ref().map_or(0, wgpu::Buffer::size);
-        self.lists.size() + self.candidates.size() + self.arguments.size() + indirect
+        let fills = self.fills.size();
+        self.lists.size() + self.candidates.size() + self.arguments.size() + fills + indirect
     }
 
     /// Makes room for the candidates of some blocks: two words for each cell near the surface, and for each cell a freed brick, a

@@ -8,6 +8,7 @@
 //!
 //! The CPU decides which blocks exist, and uploads changes to the table. Only the GPU writes the words.
 
+use crate::pass_recorder::PassRecorder;
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::{Gpu, GpuError};
@@ -114,8 +115,16 @@ impl GpuCellTable {
         self.patch(gpu, self.words_at(), &words);
     }
 
-    /// Uploads what changed in the table, with empty words for slots that have a new block.
-    pub(super) fn follow(&mut self, gpu: &Gpu, new: &[u32]) -> Result<(), GpuError> {
+    /// Uploads what changed in the table, with empty words for slots that have a new block. If the table moves to another buffer, the
+    /// other words are copied by what is encoded.
+    pub(super) fn follow(
+        &mut self,
+        new: &[u32],
+        recorder: &mut PassRecorder<'_>,
+    ) -> Result<(), GpuError> {
+        let gpu = recorder.gpu();
+        let mut new = new.to_vec();
+        new.sort_unstable();
         let changed = self.table.take_changed();
         let (entries, slots) = (self.table.entries().len(), self.table.slots());
         if entries as u32 > self.tree_room || slots as u32 > self.slot_room {
@@ -125,17 +134,20 @@ impl GpuCellTable {
             let mut buffer = StorageBuffer::new("cells");
             buffer.reserve_exact(gpu, self.bytes())?;
             let old = std::mem::replace(&mut self.buffer, buffer);
-            gpu.with_error_scope(|| {
-                let mut encoder = gpu
-                    .device
-                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                if let (Some(from), Some(to)) = (old.buffer(), self.buffer.buffer()) {
-                    let (from_at, to_at) = (4 * u64::from(old_at), 4 * u64::from(self.words_at()));
-                    let bytes = 256 * u64::from(old_slots);
-                    encoder.copy_buffer_to_buffer(from, from_at, to, to_at, bytes);
+            if let (Some(from), Some(to)) = (old.buffer(), self.buffer.buffer()) {
+                let (from_at, to_at) = (4 * u64::from(old_at), 4 * u64::from(self.words_at()));
+                // Without the slots whose words are written below, because writes come before copies.
+                let ends = new.iter().copied().filter(|&slot| slot < old_slots);
+                let mut first = 0;
+                for end in ends.chain([old_slots]) {
+                    let [at, bytes] = [first, end - first].map(|slots| 256 * u64::from(slots));
+                    if bytes > 0 {
+                        let encoder = recorder.encoder();
+                        encoder.copy_buffer_to_buffer(from, from_at + at, to, to_at + at, bytes);
+                    }
+                    first = end + 1;
                 }
-                gpu.submit(encoder);
-            })?;
+            }
             self.write_head(gpu);
         } else {
             self.patch(
@@ -144,8 +156,6 @@ impl GpuCellTable {
                 &self.table.entries()[changed.clone()],
             );
         }
-        let mut new = new.to_vec();
-        new.sort_unstable();
         for run in new.chunk_by(|a, b| a + 1 == *b) {
             let cells = self.first_cells(run.iter().map(|&slot| slot as usize));
             self.patch(gpu, self.slots_at() + 3 * run[0], &cells);

@@ -4,6 +4,10 @@
 //! with the blocks. The device then measures cells, prunes, samples and stores as for a whole build. Everything is
 //! submitted in order, so an image shows everything that was submitted before it, and nothing after. Only a very
 //! large edit is counted first, and waited for: if one brick per cell would be far more than there is room for.
+//!
+//! A host may submit an edit with its own commands, or several of them. What the CPU writes to buffers comes before all of these.
+//! So each edit has its own tables until its commands are done, whatever moves is copied by commands, and blocks without a surface
+//! leave the table, and give their slots away, once the device has freed their bricks. Edits for a host are never counted first.
 
 use super::build_tables::{BrickTargets, BuildTables};
 use super::cells::GpuCellTable;
@@ -17,7 +21,7 @@ use crate::{Gpu, GpuError, GpuProgram};
 use argil_abi::{self as abi, BrickBuildUniform, PruneUniform};
 use argil_field::IncrementalProgram;
 use argil_volume::{
-    BLOCK_SIDE, BrickLayout, BrickPendingEdits, EditBatch, EditQueue, emptied_around,
+    BLOCK_SIDE, BrickLayout, BrickPendingEdits, EditBatch, EditQueue, EditStats, emptied_around,
 };
 use glam::IVec3;
 
@@ -42,29 +46,35 @@ impl BrickTables {
         let (field, live, work) = (edit.field, edit.incremental, &mut edits.queue);
         check(field, live.program(), &self.layout)?;
         let gpu = field.gpu().clone();
+        if edit.encoder.is_none() {
+            self.wait_for_hosts(&gpu).await?;
+        }
         self.accounting.poll_counters(&gpu)?;
-        let mut making = match self.making.take() {
-            Some(making) => making,
-            None => Box::new(BuildTables::new(&gpu)?),
-        };
-        let within = edit.within;
+        let mut left = edit
+            .within
+            .map(|within| CELLS_PER_MS * within.as_secs_f64() * 1e3);
+        let mut recorder = PassRecorder::untimed(&gpu, edit.encoder);
+        self.forget_gone(&mut recorder)?;
         let edit = EditRun {
             field,
             live,
             budget: edit.budget.unwrap_or(u64::MAX),
         };
-        let mut left = within.map(|within| CELLS_PER_MS * within.as_secs_f64() * 1e3);
         let mut result = Ok(());
         while !work.is_done() && result.is_ok() {
             let count = if left.is_some() { 4 } else { MAX_BATCHES };
             let units = work.next(count);
-            let (blocks, gone) = edit.gather(&gpu, self, work, units)?;
-            result = edit.submit(self, body, &mut making, &blocks).await;
-            // When the next pass reads the table, the device has freed their bricks.
-            for (block, inside) in gone {
-                self.cells.table.set_far(block, block + 1, inside);
-            }
-            self.cells.follow(&gpu, &[])?;
+            let (blocks, gone) = edit.gather(&mut recorder, self, work, units)?;
+            let mut making = self.take_making(&gpu)?;
+            result = edit
+                .submit(self, body, &mut making, &blocks, &mut recorder)
+                .await;
+            let submission = recorder.submission();
+            self.making.push((making, submission.clone()));
+            let gone = gone.into_iter();
+            self.gone
+                .extend(gone.map(|(block, inside)| (block, inside, submission.clone())));
+            self.forget_gone(&mut recorder)?;
             if let Some(left) = &mut left {
                 *left -= blocks.cells() as f64;
                 if *left <= 0.0 {
@@ -72,25 +82,63 @@ impl BrickTables {
                 }
             }
         }
-        self.making = Some(making);
+        recorder.submit()?;
         self.describe();
         result
     }
 
-    /// Grows to a larger box with the same voxels.
-    pub(super) fn grow_to(
-        &mut self,
-        body: &mut VolumeStorage,
-        gpu: &Gpu,
-        layout: BrickLayout,
-    ) -> Result<(), GpuError> {
+    /// Returns tables that no command reads any more.
+    fn take_making(&mut self, gpu: &Gpu) -> Result<Box<BuildTables>, GpuError> {
+        let done = self.making.iter().position(|(_, own)| own.is_done());
+        match done {
+            Some(place) => Ok(self.making.swap_remove(place).0),
+            None => BuildTables::new(gpu).map(Box::new),
+        }
+    }
+
+    /// Takes blocks out of the table whose bricks the device has freed, and uploads it.
+    fn forget_gone(&mut self, recorder: &mut PassRecorder<'_>) -> Result<(), GpuError> {
+        let table = &mut self.cells.table;
+        self.gone.retain(|(block, inside, submission)| {
+            let is_freed = submission.is_done();
+            if is_freed {
+                table.set_far(*block, *block + 1, *inside);
+            }
+            !is_freed
+        });
+        self.cells.follow(&[], recorder)
+    }
+
+    /// Waits for edits that hosts have submitted.
+    async fn wait_for_hosts(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let are_made = |own: &Self| own.making.iter().all(|(_, own)| own.is_done());
+        if are_made(self) {
+            return Ok(());
+        }
+        gpu.wait().await?;
+        match are_made(self) {
+            true => Ok(()),
+            false => Err(GpuError::NotSubmitted),
+        }
+    }
+
+    /// Waits for edits. Returns what they did since the last call.
+    pub(super) async fn wait_in(&mut self, gpu: &Gpu) -> Result<EditStats, GpuError> {
+        self.wait_for_hosts(gpu).await?;
+        let counted = self.accounting.wait_for_counters(gpu).await?;
+        let mut recorder = PassRecorder::untimed(gpu, None);
+        self.forget_gone(&mut recorder)?;
+        recorder.submit()?;
+        self.describe();
+        Ok(counted)
+    }
+
+    /// Grows to a larger box with the same voxels. The next edit uploads the table.
+    pub(super) fn grow_to(&mut self, body: &mut VolumeStorage, layout: BrickLayout) {
         self.layout = layout;
         let [low, high] = layout.block_range();
         self.cells.table.grow_to(low, high);
-        self.cells.follow(gpu, &[])?;
-        self.describe();
         body.voxel_grid = *layout.voxel_grid();
-        Ok(())
     }
 
     /// Waits for edits, and frees unused memory.
@@ -99,8 +147,9 @@ impl BrickTables {
         body: &mut VolumeStorage,
         field: &GpuProgram,
     ) -> Result<(), GpuError> {
+        self.wait_for_hosts(field.gpu()).await?;
         let counted = self.accounting.read(field.gpu()).await?;
-        self.making = None;
+        self.making.clear();
         let fit = self.fit(field, &body.texture, counted.bricks(), counted.mixed())?;
         body.set_texture(fit);
         self.describe();
@@ -119,7 +168,7 @@ impl EditRun<'_> {
     /// are far from everything now, with their side.
     fn gather(
         &self,
-        gpu: &Gpu,
+        recorder: &mut PassRecorder<'_>,
         tables: &mut BrickTables,
         work: &EditQueue,
         units: Vec<EditBatch>,
@@ -131,6 +180,8 @@ impl EditRun<'_> {
         for list in work.lists(layout, self.live, units) {
             let block = list.first / BLOCK_SIDE as i32;
             let slot = table.find(block);
+            // An edit before has freed its bricks, or will; this one decides again.
+            tables.gone.retain(|(own, ..)| *own != block);
             if let Some(inside) = list.far {
                 gone.push((block, inside));
                 if slot.is_none() {
@@ -162,7 +213,7 @@ impl EditRun<'_> {
                 &gone,
             ));
         }
-        tables.cells.follow(gpu, &new)?;
+        tables.cells.follow(&new, recorder)?;
         Ok((blocks, gone))
     }
 
@@ -172,6 +223,7 @@ impl EditRun<'_> {
         body: &mut VolumeStorage,
         making: &mut BuildTables,
         blocks: &BlockTables,
+        recorder: &mut PassRecorder<'_>,
     ) -> Result<(), GpuError> {
         if blocks.slots.is_empty() {
             return Ok(());
@@ -190,46 +242,39 @@ impl EditRun<'_> {
         making.scratch.reserve_candidates(gpu, prune.count)?;
 
         let mut more = [blocks.cells(); 2];
-        let few = FEW_CELLS.max(tables.accounting.known.bricks() / 4);
-        let room = (more[0] <= few)
-            .then(|| tables.make_room(self.field, &body.texture, more, mixes, self.budget));
+        let few = match recorder.is_for_host() {
+            true => u64::MAX,
+            false => FEW_CELLS.max(tables.accounting.known.bricks() / 4),
+        };
+        let make_room = |tables: &mut BrickTables, more, recorder: &mut PassRecorder<'_>| {
+            let place = (&body.texture, recorder);
+            tables.make_room(self.field, place, more, mixes, self.budget)
+        };
+        let room = (more[0] <= few).then(|| make_room(tables, more, recorder));
         let room = match room {
-            None | Some(Err(GpuError::Budget { .. })) => {
+            None | Some(Err(GpuError::Budget { .. })) if !recorder.is_for_host() => {
                 let counted = PruneUniform {
                     build_mode: abi::BUILD_COUNT_ONLY,
                     ..prune
                 };
-                let mut recorder = PassRecorder::untimed(gpu);
-                self.encode(
-                    tables,
-                    &body.texture,
-                    (making, blocks),
-                    counted,
-                    &mut recorder,
-                )
-                .await?;
+                self.encode(tables, &body.texture, (making, blocks), counted, recorder)
+                    .await?;
                 recorder.submit()?;
                 tables.accounting.take_known(gpu).await?;
                 more = [abi::COUNTER_BRICKS, abi::COUNTER_MIXED]
                     .map(|counter| tables.accounting.known.get(counter));
-                tables.make_room(self.field, &body.texture, more, mixes, self.budget)?
+                make_room(tables, more, recorder)?
             }
             Some(room) => room?,
+            None => None,
         };
         if let Some(moved) = room {
             body.set_texture(moved);
         }
-        let mut recorder = PassRecorder::untimed(gpu);
-        self.encode(
-            tables,
-            &body.texture,
-            (making, blocks),
-            prune,
-            &mut recorder,
-        )
-        .await?;
+        self.encode(tables, &body.texture, (making, blocks), prune, recorder)
+            .await?;
         let accounting = &mut tables.accounting;
-        accounting.record_upper_bound(gpu, more, &mut recorder)
+        accounting.record_upper_bound(gpu, more, recorder)
     }
 
     async fn encode(

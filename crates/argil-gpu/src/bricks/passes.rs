@@ -307,6 +307,13 @@ impl<'a> BoundBuild<'a> {
         scratch.reserve_arguments(gpu, order.words.chunks)?;
         gpu.write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
         gpu.write_buffer(&scratch.prune, 0, bytemuck::bytes_of(&order.prune));
+        let fills: Vec<FillUniform> = (0..order.words.chunks)
+            .map(|chunk| FillUniform {
+                first_layer: chunk * order.words.chunk,
+                ..order.fill
+            })
+            .collect();
+        scratch.fills.write(gpu, &fills)?;
         let bound = groups_of(field, scratch, site, order, &passes)?;
         Ok(Self {
             field,
@@ -368,14 +375,15 @@ impl<'a> BoundBuild<'a> {
             .await?;
         for chunk in 0..order.words.chunks {
             if chunk > 0 {
-                // Passes before it have other values.
+                // No driver considers short submissions hung.
                 recorder.submit()?;
             }
-            let fill = FillUniform {
-                first_layer: chunk * order.words.chunk,
-                ..order.fill
-            };
-            gpu.write_buffer(&scratch.fill, 0, bytemuck::bytes_of(&fill));
+            if let Some(fills) = scratch.fills.buffer() {
+                let bytes = size_of::<FillUniform>() as u64;
+                let at = bytes * u64::from(chunk);
+                let encoder = recorder.encoder();
+                encoder.copy_buffer_to_buffer(fills, at, &scratch.fill, 0, bytes);
+            }
             let groups = DispatchSize::Indirect(indirect, ARGUMENT_BYTES * u64::from(chunk));
             recorder
                 .pass("fill", build("fill_bricks")?, bind_group, groups)

@@ -8,6 +8,7 @@
 use super::build_tables::BrickTargets;
 use super::passes::BrickPasses;
 use super::tables::{BrickTables, PLACES, bytes_of, pool_for, pool_texture};
+use crate::pass_recorder::PassRecorder;
 use crate::storage_buffer::StorageBuffer;
 use crate::{GpuError, GpuProgram};
 use argil_abi as abi;
@@ -18,14 +19,14 @@ fn with_headroom(needed: u64) -> u64 {
 }
 
 impl BrickTables {
-    /// Makes room for more bricks, and mixed ones. Returns the pool's texture if it was moved.
+    /// Encodes how room is made for more bricks, and mixed ones. Returns the pool's texture if it was moved.
     ///
     /// # Errors
     /// If they would exceed `budget` bytes, or the texture's limits. Nothing changes then.
     pub(super) fn make_room(
         &mut self,
         field: &GpuProgram,
-        texture: &wgpu::Texture,
+        (texture, recorder): (&wgpu::Texture, &mut PassRecorder<'_>),
         more: [u64; 2],
         mixes: bool,
         budget: u64,
@@ -59,7 +60,8 @@ impl BrickTables {
                 budget,
             });
         }
-        self.resize(field, texture, pool, mixed_room).map(Some)
+        self.resize(field, (texture, recorder), pool, mixed_room)
+            .map(Some)
     }
 
     /// Whether there is room for a stack of free slots.
@@ -81,7 +83,10 @@ impl BrickTables {
         if (pool, mixed) == (self.pool, self.mixed) && self.has_stack() {
             return Ok(texture.clone());
         }
-        self.resize(field, texture, pool, mixed)
+        let mut recorder = PassRecorder::untimed(field.gpu(), None);
+        let moved = self.resize(field, (texture, &mut recorder), pool, mixed)?;
+        recorder.submit()?;
+        Ok(moved)
     }
 
     /// Fits the pool only if it has much unused room. Otherwise it shrinks the materials of mixed bricks alone.
@@ -111,11 +116,11 @@ impl BrickTables {
         Ok(texture.clone())
     }
 
-    /// Moves everything to another pool, without gaps.
+    /// Encodes how everything moves to another pool, without gaps.
     fn resize(
         &mut self,
         field: &GpuProgram,
-        texture: &wgpu::Texture,
+        (texture, recorder): (&wgpu::Texture, &mut PassRecorder<'_>),
         pool: [u32; 3],
         mixed: u64,
     ) -> Result<wgpu::Texture, GpuError> {
@@ -132,17 +137,12 @@ impl BrickTables {
         let mut counters = StorageBuffer::new("counters");
         let head = 4 * u64::from(abi::COUNTERS);
         counters.reserve_exact(gpu, head + 4 * (capacity + mixed))?;
-        gpu.with_error_scope(|| {
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            // The totals continue.
-            if let (Some(from), Some(to)) = (self.accounting.counters.buffer(), counters.buffer()) {
-                let first = 4 * u64::from(abi::COUNTER_FILLED);
-                encoder.copy_buffer_to_buffer(from, first, to, first, head - first);
-            }
-            gpu.submit(encoder);
-        })?;
+        // The totals continue.
+        if let (Some(from), Some(to)) = (self.accounting.counters.buffer(), counters.buffer()) {
+            let first = 4 * u64::from(abi::COUNTER_FILLED);
+            let encoder = recorder.encoder();
+            encoder.copy_buffer_to_buffer(from, first, to, first, head - first);
+        }
         let old = BrickTargets {
             texture,
             cells: &self.cells.buffer,
@@ -155,8 +155,9 @@ impl BrickTables {
             materials: &materials,
             counters: &counters,
         };
-        passes.repack.run(
+        passes.repack.encode(
             gpu,
+            recorder.encoder(),
             (&self.layout, &self.cells),
             [self.pool, pool],
             &old,

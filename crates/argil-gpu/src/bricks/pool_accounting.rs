@@ -137,14 +137,18 @@ impl PoolAccounting {
 
     /// Keeps the buffer of counters that are on their way, or have arrived.
     fn close_letter(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        if let Some(letter) = self.letter.take() {
+        // A host may still submit what maps a buffer that has not arrived.
+        if let Some(letter) = self.letter.take()
+            && letter.arrived.get().is_some()
+        {
             gpu.with_error_scope(|| letter.buffer.unmap())?;
             self.spare = Some(letter.buffer);
         }
         Ok(())
     }
 
-    /// Records that an edit can take these numbers of bricks and mixed ones, requests the counters, and submits the edit.
+    /// Records that an edit can take these numbers of bricks and mixed ones, requests the counters, and submits the edit unless a
+    /// host does.
     pub(super) fn record_upper_bound(
         &mut self,
         gpu: &Gpu,
@@ -172,22 +176,21 @@ impl PoolAccounting {
                 })
             })?,
         };
-        let encoder = recorder.encoder();
-        encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
-        recorder.submit()?;
         let arrived = Arc::new(OnceLock::new());
         let note = arrived.clone();
         let arrive = move |result| {
             // It is called once.
             let _ = note.set(result);
         };
-        gpu.with_error_scope(|| buffer.slice(..).map_async(wgpu::MapMode::Read, arrive))?;
+        let encoder = recorder.encoder();
+        encoder.copy_buffer_to_buffer(counters, 0, &buffer, 0, bytes);
+        encoder.map_buffer_on_submit(&buffer, wgpu::MapMode::Read, .., arrive);
         self.letter = Some(PendingReadback {
             buffer,
             arrived,
             since: [0; 2],
         });
-        Ok(())
+        recorder.submit()
     }
 
     /// Reads the counters if they have arrived, without waiting.

@@ -58,10 +58,11 @@ impl RepackPass {
         Passes::new(gpu, repack_module(gpu.texels(bits))).map(Self)
     }
 
-    /// Moves all bricks from one pool to another, and updates the cells.
-    pub(super) fn run(
+    /// Encodes a pass that moves all bricks from one pool to another, and updates the cells.
+    pub(super) fn encode(
         &self,
         gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
         (measures, cells): (&BrickLayout, &GpuCellTable),
         [from, to]: [[u32; 3]; 2],
         old: &BrickTargets<'_>,
@@ -96,17 +97,12 @@ impl RepackPass {
                 layout: &self.0.layout,
                 entries: &entries,
             });
-            let mut encoder = gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(repack);
             pass.set_bind_group(0, &bind_group, &[]);
             let blocks = cells.table.slots() as u32;
             let rows = blocks.div_ceil(abi::DISPATCH_ROW);
             pass.dispatch_workgroups(blocks.min(abi::DISPATCH_ROW), rows, 1);
-            drop(pass);
-            gpu.submit(encoder);
         })
     }
 }

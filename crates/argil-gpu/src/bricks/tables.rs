@@ -6,9 +6,11 @@ use super::light::GpuLight;
 use super::pool_accounting::PoolAccounting;
 use crate::resources::{extent, texture_of};
 use crate::storage_buffer::StorageBuffer;
+use crate::submission::Submission;
 use crate::{Gpu, GpuError};
 use argil_abi::{self as abi, BrickUniform};
 use argil_volume::BrickLayout;
+use glam::IVec3;
 
 /// Points of a mixed brick.
 pub(super) const PLACES: u64 = (abi::MATERIAL_SIDE as u64).pow(3);
@@ -25,8 +27,10 @@ pub(crate) struct BrickTables {
     pub pool: [u32; 3],
     pub accounting: PoolAccounting,
     pub lipschitz: f32,
-    /// Created by the first edit.
-    pub making: Option<Box<BuildTables>>,
+    /// What edits write besides, each until its commands are done.
+    pub making: Vec<(Box<BuildTables>, Submission)>,
+    /// Blocks that are far from everything, with their side. They leave the table once the device has freed their bricks.
+    pub gone: Vec<(IVec3, bool, Submission)>,
     /// The levels from which light reads distances.
     pub light: GpuLight,
     /// The uniform for shaders.

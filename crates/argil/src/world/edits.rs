@@ -1,13 +1,13 @@
 //! Updates a world after its scene's edits.
 
 use super::World;
-use crate::edit_session::{EditSession, EditableVolume, UpdateResult};
+use crate::edit_session::{EditPace, EditSession, EditableVolume, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
 use crate::representation::{BuildContext, Storage, updated_grid, view_bounds_of};
 use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
-use argil_gpu::GpuProgram;
+use argil_gpu::{GpuError, GpuProgram};
 use argil_math::Aabb;
 use argil_scene::Scene;
 use argil_volume::EditStats;
@@ -35,7 +35,7 @@ impl World {
     /// # Errors
     /// If the scene cannot be compiled, or the result exceeds the memory budget.
     pub async fn apply_async(&mut self, scene: &Scene) -> Result<EditReport, BuildError> {
-        self.follow(scene, None).await
+        self.follow(scene, EditPace::default()).await
     }
 
     /// Updates the world within a time budget, as a future: see [`World::apply_within`].
@@ -47,20 +47,29 @@ impl World {
         scene: &Scene,
         budget: EditBudget,
     ) -> Result<EditReport, BuildError> {
-        self.follow(scene, Some(budget)).await
+        let pace = EditPace {
+            budget: Some(budget),
+            ..EditPace::default()
+        };
+        self.follow(scene, pace).await
     }
 
-    async fn follow(
+    /// Updates the world after its scene was edited.
+    pub(crate) async fn follow(
         &mut self,
         scene: &Scene,
-        pace: Option<EditBudget>,
+        pace: EditPace<'_>,
     ) -> Result<EditReport, BuildError> {
         let start = Instant::now();
         let mut reason = RebuildReason::NotEditable;
         if self.edits.is_in_place() {
             reason = RebuildReason::Specialized;
         }
-        if let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) {
+        let kept = EditableVolume::of(&mut self.storage, self.gpu.as_mut());
+        if kept.as_ref().is_some_and(EditableVolume::has_lost_edits) {
+            reason = RebuildReason::NotSubmitted;
+        } else if let Some(kept) = kept {
+            let is_for_host = pace.encoder.is_some();
             let machine = (&self.engine, self.representation.memory_budget());
             let lowered = self.program.get().map(|lowered| &lowered.program);
             let before = (&self.scene, lowered);
@@ -72,8 +81,13 @@ impl World {
             if followed.is_err() {
                 self.light.forget();
             }
-            match followed? {
-                UpdateResult::InPlace(applied) => {
+            match followed {
+                // Nothing was counted for a host, so that a rebuild may fit.
+                Err(BuildError::Gpu(GpuError::Budget { .. })) if is_for_host => {
+                    reason = RebuildReason::TooLarge;
+                }
+                Err(error) => return Err(error),
+                Ok(UpdateResult::InPlace(applied)) => {
                     self.forget_program();
                     if let Some(layout) = self.storage.brick_layout() {
                         self.light.note_edit(self.edits.program(), &layout);
@@ -83,7 +97,7 @@ impl World {
                     self.observers.notify(&boxes);
                     return Ok(applied);
                 }
-                UpdateResult::Rebuild(why) => reason = why,
+                Ok(UpdateResult::Rebuild(why)) => reason = why,
             }
         }
         let program = Program::lower(scene)?;
