@@ -95,15 +95,15 @@ shared_struct! {
         has_ground: u32,
         /// A `DESCENT_…`: where look-ups in an octree start.
         descent: u32,
+        /// From the beginning of the middle ray to that at the image's right side: zero if all rays begin in the eye.
+        eye_right: [f32; 3],
         /// The distance below which a ray through the field hits after `EXACT_STEPS`, per length of the ray, if that is more than
         /// `epsilon`.
         close_slope: f32,
+        /// The same to the image's top.
+        eye_up: [f32; 3],
         /// Zero.
         pad0: u32,
-        /// Zero.
-        pad1: u32,
-        /// Zero.
-        pad2: u32,
         /// The sun's light: irradiance divided by π / 2.
         sun_light: [f32; 3],
         /// The factor of all light.

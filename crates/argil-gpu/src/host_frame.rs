@@ -4,25 +4,16 @@ use crate::bindings::{Bind, layout_for};
 use crate::frame::FrameBuffers;
 use crate::frame_extras::FrameExtras;
 use crate::frame_pipelines::FramePipelines;
+use crate::host_targets::HostTargets;
 use crate::pass_module::Passes;
-use crate::recording::MoreLight;
 use crate::render::RenderPasses;
 use crate::resolve::resolve_module;
 use crate::trace_mode::BoundResource;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
 use argil_abi::FrameUniform;
-use argil_render::wgsl;
 use std::sync::Arc;
 
-/// The bindings, as the shader names them.
-const BINDS_WGSL: &str = "
-@group(0) @binding(0) var<uniform> frame: FrameUniform;
-@group(0) @binding(1) var<uniform> host_view: HostView;
-@group(0) @binding(2) var<storage, read> hits: array<Hit>;
-@group(0) @binding(3) var<storage, read> colors: array<vec4<f32>>;
-";
-
-/// The same bindings, with their types.
+/// What the draw binds.
 const BINDS: [Bind; 4] = [
     Bind::Uniform(0),
     Bind::Uniform(1),
@@ -30,22 +21,12 @@ const BINDS: [Bind; 4] = [
     Bind::Read(3),
 ];
 
-/// The targets of a host's render pass.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HostTargets {
-    /// The format of the only color target. Formats with sRGB and with floats take linear colors, others sRGB.
-    pub color: wgpu::TextureFormat,
-    /// The depth buffer, with the host's comparison: `Less`, or `Greater` where depth is reversed.
-    pub depth: Option<wgpu::DepthStencilState>,
-    /// Samples of each pixel of the targets.
-    pub sample_count: u32,
-}
-
 /// What the shader reads besides the frame.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct HostView {
     clip_from_world: [[f32; 4]; 4],
+    before: [[f32; 4]; 4],
     takes_linear: u32,
     has_linear: u32,
     padding: [u32; 2],
@@ -57,9 +38,13 @@ struct HostView {
 #[derive(Debug)]
 pub struct HostFrame {
     takes_linear: bool,
+    /// Whether what is nearer has a greater depth.
+    is_reversed: bool,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     view: wgpu::Buffer,
+    /// The matrix of the frame before.
+    before: Option<[[f32; 4]; 4]>,
     /// The uniform of the volume, which belongs to the view: those of levels differ.
     volume: Option<wgpu::Buffer>,
     /// The buffers, and the passes that they are for.
@@ -74,60 +59,9 @@ impl HostFrame {
     /// # Errors
     /// If the device refuses a target, for example a color format that cannot be drawn to.
     pub fn new(gpu: &Gpu, targets: &HostTargets) -> Result<Self, GpuError> {
-        let name = "HostFrame";
-        let source = [
-            &argil_abi::wgsl(),
-            BINDS_WGSL,
-            wgsl::CAMERA,
-            wgsl::COMPOSITE,
-        ]
-        .concat();
         let (layout, pipeline, view) = gpu.with_error_scope(|| {
-            let layout = layout_for(gpu, name, wgpu::ShaderStages::FRAGMENT, &BINDS);
-            let pipeline_layout =
-                gpu.device
-                    .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                        label: Some(name),
-                        bind_group_layouts: &[Some(&layout)],
-                        immediate_size: 0,
-                    });
-            let module = gpu
-                .device
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(name),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                });
-            let entry_point = match targets.depth {
-                Some(_) => "with_depth",
-                None => "without_depth",
-            };
-            gpu.counters.pipelines.add(1);
-            let pipeline = gpu
-                .device
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(name),
-                    layout: Some(&pipeline_layout),
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some("cover"),
-                        compilation_options: Default::default(),
-                        buffers: &[],
-                    },
-                    primitive: wgpu::PrimitiveState::default(),
-                    depth_stencil: targets.depth.clone(),
-                    multisample: wgpu::MultisampleState {
-                        count: targets.sample_count,
-                        ..Default::default()
-                    },
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some(entry_point),
-                        compilation_options: Default::default(),
-                        targets: &[Some(targets.color.into())],
-                    }),
-                    multiview_mask: None,
-                    cache: gpu.pipeline_cache(),
-                });
+            let layout = layout_for(gpu, "HostFrame", wgpu::ShaderStages::FRAGMENT, &BINDS);
+            let pipeline = targets.pipeline(gpu, &layout);
             let view = gpu.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view of the host"),
                 size: size_of::<HostView>() as u64,
@@ -137,14 +71,21 @@ impl HostFrame {
             (layout, pipeline, view)
         })?;
         Ok(Self {
-            takes_linear: takes_linear(targets.color),
+            takes_linear: targets.takes_linear(),
+            is_reversed: targets.is_reversed(),
             layout,
             pipeline,
             view,
+            before: None,
             volume: None,
             buffers: None,
             drawn: None,
         })
+    }
+
+    /// Whether what is nearer has a greater depth, by the comparison of the depth buffer.
+    pub fn is_reversed(&self) -> bool {
+        self.is_reversed
     }
 
     /// Draws the frame that was encoded last into a pass with the targets. Does nothing if there is none.
@@ -170,7 +111,7 @@ impl HostFrame {
             return Ok(());
         };
         let (way, bound) = field.field_way(Some(encoder))?;
-        let passes = field.picture(way, MoreLight::of(first))?;
+        let passes = field.picture(way, first)?;
         self.write_view(field.gpu(), first, clip_from_world);
         self.encode(field, (passes, bound), frames, encoder)
     }
@@ -208,9 +149,13 @@ impl HostFrame {
         self.encode(field, (passes, bound), frames, encoder)
     }
 
-    fn write_view(&self, gpu: &Gpu, frame: &FrameUniform, clip_from_world: [[f32; 4]; 4]) {
+    fn write_view(&mut self, gpu: &Gpu, frame: &FrameUniform, clip_from_world: [[f32; 4]; 4]) {
         let view = HostView {
             clip_from_world,
+            before: self
+                .before
+                .replace(clip_from_world)
+                .unwrap_or(clip_from_world),
             takes_linear: self.takes_linear.into(),
             has_linear: (frame.mode == argil_abi::MODE_SHADED).into(),
             padding: [0; 2],
@@ -272,14 +217,4 @@ impl HostFrame {
             entries: &entries,
         })
     }
-}
-
-/// Whether a format takes linear colors.
-fn takes_linear(format: wgpu::TextureFormat) -> bool {
-    use wgpu::TextureFormat as Format;
-    let is_float = matches!(
-        format,
-        Format::Rgba16Float | Format::Rgba32Float | Format::Rg11b10Ufloat
-    );
-    is_float || format.is_srgb()
 }

@@ -33,6 +33,8 @@ mod host_device;
 #[cfg(feature = "device")]
 mod host_frame;
 #[cfg(feature = "device")]
+mod host_targets;
+#[cfg(feature = "device")]
 mod levels;
 #[cfg(feature = "device")]
 mod march_passes;
@@ -99,7 +101,8 @@ pub use wgpu;
 #[cfg(feature = "device")]
 pub use {
     device::{Gpu, devices},
-    host_frame::{HostFrame, HostTargets},
+    host_frame::HostFrame,
+    host_targets::HostTargets,
     path_buffers::PathWork,
     program::GpuProgram,
     raster::GpuMesh,

@@ -2,7 +2,6 @@
 
 use crate::bindings::{Bind, DRAWN, DRAWN_WGSL, FRAME, FRAME_WGSL};
 use crate::frame_extras::{Drawing, FrameExtras};
-use crate::recording::MoreLight;
 use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
@@ -149,7 +148,7 @@ impl GpuMesh {
             mesh: self,
             target: &target,
         };
-        let passes = field.picture(&MESH, MoreLight::of(first))?;
+        let passes = field.picture(&MESH, first)?;
         let extras = FrameExtras {
             drawing: Some(&drawing),
             marks: None,

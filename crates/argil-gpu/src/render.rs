@@ -77,11 +77,21 @@ impl GpuProgram {
     pub(crate) fn picture(
         &self,
         way: &'static TraceMode,
-        more: MoreLight,
+        frame: &FrameUniform,
     ) -> Result<Arc<RenderPasses>, GpuError> {
-        let has_more = more.is_any();
-        let make = || RenderPasses::new(self.gpu(), &self.wgsl_by(way.by_lists), way, has_more);
+        let has_more = MoreLight::of(frame).is_any();
+        let is_parallel = frame.eye_right != [0.0; 3];
+        let make = || {
+            let mut module = frame_module(&self.wgsl_by(way.by_lists), way, has_more);
+            if is_parallel {
+                for pass in &mut module.entry_points {
+                    pass.constants.push(("PARALLEL_RAYS", 1.0));
+                }
+            }
+            RenderPasses::new(self.gpu(), module, way)
+        };
         let name = if has_more { way.more_name } else { way.name };
+        let name = (name, u32::from(is_parallel));
         if way.has_cones {
             return self.plain_passes(name, make);
         }
@@ -106,7 +116,7 @@ impl GpuProgram {
             return Ok((RenderOutput::empty(), 0.0));
         };
         let (way, bound) = self.field_way(None)?;
-        let passes = self.picture(way, MoreLight::of(first))?;
+        let passes = self.picture(way, first)?;
         let extras = FrameExtras::default();
         let drawn = passes.draw(self, bound, extras, frames, with_hits).await?;
         Ok((drawn.picture, drawn.duration_ms))
@@ -159,16 +169,15 @@ pub(crate) struct RenderPasses {
 }
 
 impl RenderPasses {
-    /// Describes the passes for a program's interpreter. Each is compiled when it first runs.
+    /// Takes passes of a trace mode. Each is compiled when it first runs.
     pub(crate) fn new(
         gpu: &Gpu,
-        field_wgsl: &str,
+        module: PassModule,
         way: &'static TraceMode,
-        has_more: bool,
     ) -> Result<Self, GpuError> {
         Ok(Self {
             way,
-            passes: Passes::new(gpu, frame_module(field_wgsl, way, has_more))?,
+            passes: Passes::new(gpu, module)?,
             target: Mutex::default(),
         })
     }
@@ -363,7 +372,7 @@ mod tests {
             drawn.expect("a picture").0
         };
         let passes = field
-            .picture(&NEAR_FIELD, MoreLight::default())
+            .picture(&NEAR_FIELD, &FrameUniform::default())
             .expect("passes");
         let kept = || {
             let target = passes.take().expect("a frame before");

@@ -2,7 +2,6 @@
 
 use crate::frame_extras::FrameExtras;
 use crate::path_buffers::PathWork;
-use crate::recording::MoreLight;
 use crate::render::RenderPasses;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
@@ -248,7 +247,7 @@ impl GpuVolume {
         first: &FrameUniform,
         uniform: &wgpu::Buffer,
     ) -> Result<(Arc<RenderPasses>, Vec<BoundResource>), GpuError> {
-        let passes = field.picture(self.kind.way(), MoreLight::of(first))?;
+        let passes = field.picture(self.kind.way(), first)?;
         Ok((passes, self.bound(field.gpu(), first, uniform)))
     }
 

@@ -1,16 +1,25 @@
 // GPU version of camera.rs: the primary ray of a pixel. `frame` is the bound uniform.
 
+// Whether rays begin beside the eye, as parallel rays of a host do.
+override PARALLEL_RAYS: bool = false;
+
 struct Ray {
     origin: vec3<f32>,
     direction: vec3<f32>,
 }
 
 fn primary_ray(x: u32, y: u32) -> Ray {
-    let u = (f32(x) + frame.jitter_x) / f32(frame.width) * 2.0 - 1.0;
-    let v = 1.0 - (f32(y) + frame.jitter_y) / f32(frame.height) * 2.0;
+    return ray_through(f32(x) + frame.jitter_x, f32(y) + frame.jitter_y);
+}
+
+// The ray of a position in the image, in pixels.
+fn ray_through(x: f32, y: f32) -> Ray {
+    let u = x / f32(frame.width) * 2.0 - 1.0;
+    let v = 1.0 - y / f32(frame.height) * 2.0;
     let d = frame.forward + frame.right * u + frame.up * v;
     let length = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    return Ray(frame.eye, vec3(d.x / length, d.y / length, d.z / length));
+    let beside = select(vec3(0.0), frame.eye_right * u + frame.eye_up * v, PARALLEL_RAYS);
+    return Ray(frame.eye + beside, vec3(d.x / length, d.y / length, d.z / length));
 }
 
 fn not_zero(d: f32) -> f32 {

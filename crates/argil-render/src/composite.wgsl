@@ -1,7 +1,13 @@
 // Draws what a frame's rays hit into the targets of a host. A triangle covers the viewport.
 
+// Whether the second target takes normals, and not motion. Whether normals are stored from 0 to 1, and not from -1 to 1.
+override HAS_NORMALS: bool = true;
+override ARE_UNSIGNED: bool = false;
+
 struct HostView {
     clip_from_world: mat4x4<f32>,
+    // The same of the frame before.
+    before: mat4x4<f32>,
     // Whether the target takes linear colors, and whether the frame has them.
     takes_linear: u32,
     has_linear: u32,
@@ -29,7 +35,24 @@ fn cover(@builtin(vertex_index) index: u32) -> Covered {
 
 struct Drawn {
     @location(0) color: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) motion: vec4<f32>,
     @builtin(frag_depth) depth: f32,
+}
+
+struct Flat {
+    @location(0) color: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) motion: vec4<f32>,
+}
+
+// How far a point went in the image since the frame before, as a part of the image, with y down.
+fn motion_of(point: vec3<f32>, clip: vec4<f32>) -> vec2<f32> {
+    let before = host_view.before * vec4(point, 1.0);
+    if before.w <= 0.0 {
+        return vec2(0.0);
+    }
+    return (clip.xy / clip.w - before.xy / before.w) * vec2(0.5, -0.5);
 }
 
 fn drawn(covered: Covered) -> Drawn {
@@ -51,7 +74,10 @@ fn drawn(covered: Covered) -> Drawn {
             color = srgb_of(color);
         }
     }
-    return Drawn(vec4(color, 1.0), clip.z / clip.w);
+    let motion = vec4(motion_of(point, clip), 0.0, 0.0);
+    var normal = vec4(hit.normal_t.xyz, 0.0);
+    normal = select(normal, vec4(0.5 * normal.xyz + 0.5, 1.0), ARE_UNSIGNED);
+    return Drawn(vec4(color, 1.0), select(motion, normal, HAS_NORMALS), motion, clip.z / clip.w);
 }
 
 @fragment
@@ -61,6 +87,7 @@ fn with_depth(covered: Covered) -> Drawn {
 
 // For a host without a depth buffer.
 @fragment
-fn without_depth(covered: Covered) -> @location(0) vec4<f32> {
-    return drawn(covered).color;
+fn without_depth(covered: Covered) -> Flat {
+    let all = drawn(covered);
+    return Flat(all.color, all.normal, all.motion);
 }

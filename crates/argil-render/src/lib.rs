@@ -14,8 +14,9 @@ mod live_image;
 mod octree;
 mod octree_trace;
 mod path;
-mod perspective;
+
 mod probe;
+mod projection;
 mod pruned_trace;
 mod raster;
 mod ray_batch;
@@ -43,7 +44,7 @@ pub use path::{
     Development, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
     PathTables, PathView, Still, StillOptions, continue_paths, denoised, developed, trace_paths,
 };
-pub use perspective::Perspective;
+pub use projection::Projection;
 pub use pruned_trace::PrunedField;
 pub use raster::Triangles;
 pub use ray_stats::{Percentiles, RayStatistics};

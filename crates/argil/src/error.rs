@@ -168,11 +168,9 @@ pub enum RenderError {
     /// A host draws triangles itself.
     #[error("the world consists of triangles: draw them, or choose the field or a volume")]
     Triangles,
-    /// A matrix does not project from an eye.
-    #[error(
-        "the matrix is no perspective: it must be finite and have an inverse, and its rays must meet in the eye"
-    )]
-    NoPerspective,
+    /// A matrix does not project.
+    #[error("the matrix is no projection: it must be finite and have an inverse")]
+    NoProjection,
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),

@@ -5,7 +5,7 @@ use crate::representation::{MeshStorage, Storage, StoredTriangles};
 use crate::{BuildError, EditReport, RenderError, World, rendering};
 use argil_abi::FrameUniform;
 use argil_gpu::{GpuError, GpuProgram, GpuVolume, HostFrame, HostTargets, ShaderVolume, wgpu};
-use argil_render::{Camera, Perspective, RenderMode, RenderSettings, frame_uniforms};
+use argil_render::{Camera, Projection, RenderMode, RenderSettings, frame_uniforms};
 use argil_scene::Scene;
 
 impl World {
@@ -17,11 +17,7 @@ impl World {
     /// # fn draw(world: &World, device: &wgpu::Device, queue: &wgpu::Queue,
     /// #         clip_from_world: [[f32; 4]; 4], mut begin: impl FnMut(&mut wgpu::CommandEncoder) -> wgpu::RenderPass<'static>)
     /// # -> Result<(), Box<dyn std::error::Error>> {
-    /// let targets = HostTargets {
-    ///     color: wgpu::TextureFormat::Rgba8UnormSrgb,
-    ///     depth: None,
-    ///     sample_count: 1,
-    /// };
+    /// let targets = HostTargets::new(wgpu::TextureFormat::Rgba8UnormSrgb);
     /// let mut frame = world.host_frame(&targets)?;
     /// let settings = RenderSettings { size: [1280, 720], ..RenderSettings::default() };
     /// // In each frame:
@@ -62,7 +58,7 @@ impl World {
     }
 
     /// Encodes a frame of the world, which [`HostFrame::composite`] draws later in the same submission. `clip_from_world` is
-    /// the host's projection times its view, by columns: any perspective, with reversed or infinite depth too.
+    /// the host's projection times its view, by columns: any perspective or parallel rays, with reversed or infinite depth too.
     ///
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
     /// unless an edit needs memory. Submit a [`HostFrame`] before it is encoded again.
@@ -70,7 +66,7 @@ impl World {
     /// Levels show the pages that they have, and ask for no others.
     ///
     /// # Errors
-    /// If the world is on the CPU or of triangles, a setting is out of range, the matrix is no perspective, or the device fails.
+    /// If the world is on the CPU or of triangles, a setting is out of range, the matrix is no projection, or the device fails.
     pub fn encode_frame(
         &self,
         frame: &mut HostFrame,
@@ -79,7 +75,8 @@ impl World {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), RenderError> {
         let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
-        let view = Perspective::from_matrix(clip_from_world).ok_or(RenderError::NoPerspective)?;
+        let view = Projection::from_matrix(clip_from_world, frame.is_reversed());
+        let view = view.ok_or(RenderError::NoProjection)?;
         let camera = view.camera();
         rendering::check(&camera, settings)?;
         if !self.representation.supports_mode(settings.mode) {

@@ -1,86 +1,14 @@
 //! Worlds in the frames of a host that has its own device.
 
-use crate::host_common::{CLEAR, DEPTH, Host, NEAR, difference, opened};
+use crate::host_common::{CLEAR, DEPTH, Host, NEAR, difference, odd_view, opened, representations};
+use argil::RenderError;
 use argil::gpu::{Gpu, GpuCounters, HostTargets, wgpu};
 use argil::prelude::*;
-use argil::render::Perspective;
-use argil::{RenderError, Representation};
+use argil::render::Projection;
 use glam::camera::rh::{proj::directx, view::look_at_mat4};
 use glam::{Mat4, Vec3, Vec4};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
-
-/// What rays march through in frames of a host.
-fn representations() -> Vec<Representation> {
-    let mut all = Representation::all(48);
-    all.retain(|own| !matches!(own, Representation::Mesh(_)));
-    all
-}
-
-/// A view that is rolled, and whose middle is not in the image's middle.
-fn odd_view() -> Mat4 {
-    let shift = Mat4::from_translation(Vec3::new(0.25, -0.15, 0.0));
-    let projection = directx::perspective_infinite_reverse(0.6, 1.4, NEAR);
-    let up = Vec3::new(0.4, 1.0, 0.1);
-    shift * projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
-}
-
-/// Where the ray of a pixel meets a sphere around the origin, by the inverse of the matrix and the quadratic formula.
-fn meets_sphere(view: Mat4, size: [u32; 2], pixel: usize, radius: f64) -> Option<f32> {
-    let inverse = view.as_dmat4().inverse();
-    let (x, y) = (pixel as u32 % size[0], pixel as u32 / size[0]);
-    let clip = [
-        (f64::from(x) + 0.5) / f64::from(size[0]) * 2.0 - 1.0,
-        1.0 - (f64::from(y) + 0.5) / f64::from(size[1]) * 2.0,
-    ];
-    let at = |z: f64| {
-        let p = inverse * glam::DVec4::new(clip[0], clip[1], z, 1.0);
-        p.truncate() / p.w
-    };
-    // From the near plane to a point farther away.
-    let (origin, direction) = (at(1.0), (at(0.5) - at(1.0)).normalize());
-    let b = origin.dot(direction);
-    let root = b * b - origin.length_squared() + radius * radius;
-    let point = origin + direction * (-b - root.max(0.0).sqrt());
-    let clip = view * point.as_vec3().extend(1.0);
-    (root > 0.0).then_some(clip.z / clip.w)
-}
-
-/// A sphere through any view lies where the quadratic formula says, in the depth buffer, too.
-#[test]
-fn depths_are_those_of_the_formula() -> Outcome {
-    let host = Host::new([90, 64])?;
-    let (_, engine) = host.engine()?;
-    let mut scene = Scene::new();
-    scene.push(Shape::sphere(0.8))?;
-    for representation in representations() {
-        let mut world = engine.build(&scene)?.with_representation(representation)?;
-        let mut frame = world.host_frame(&Host::targets())?;
-        // Frames of a host ask for no levels.
-        let camera = Perspective::from_matrix(odd_view().to_cols_array_2d());
-        let camera = camera.ok_or("no perspective")?.camera();
-        let settings = world.render_settings([200, 200], RenderMode::Normal);
-        world.refine(&camera, &settings)?;
-        host.draw(&world, &mut frame, (odd_view(), RenderMode::Normal), 0.0)?;
-        let (mut wrong, mut both) = (0, 0);
-        for (i, depth) in host.depths()?.into_iter().enumerate() {
-            match (meets_sphere(odd_view(), host.size, i, 0.8), depth > 0.0) {
-                (Some(expected), true) => {
-                    both += 1;
-                    // The reversed depth is the near plane's distance by the point's.
-                    let [expected, found] = [expected, depth].map(|depth| NEAR / depth);
-                    let near = (expected - found).abs() < 0.02;
-                    assert!(near, "{representation:?}: {found}, not {expected}");
-                }
-                (None, false) => {}
-                _ => wrong += 1,
-            }
-        }
-        assert!(both > 300, "{representation:?}: {both}");
-        assert!(wrong * 50 < both, "{representation:?}: {wrong} of {both}");
-    }
-    Ok(())
-}
 
 /// A frame of a host is the picture that the world renders itself, wherever rays hit something.
 #[test]
@@ -96,14 +24,7 @@ fn frames_are_the_worlds_own_pictures() -> Outcome {
         let degrees = camera.field_of_view_degrees.to_radians();
         let view = directx::perspective(degrees, 80.0 / 60.0, 0.01, 100.0)
             * look_at_mat4(camera.eye, camera.target, Vec3::Y);
-        let targets = HostTargets {
-            depth: Host::targets().depth.map(|depth| wgpu::DepthStencilState {
-                depth_compare: Some(wgpu::CompareFunction::Less),
-                ..depth
-            }),
-            ..Host::targets()
-        };
-        let mut frame = world.host_frame(&targets)?;
+        let mut frame = world.host_frame(&Host::targets_with(wgpu::CompareFunction::Less))?;
         for mode in [RenderMode::Normal, RenderMode::Shaded] {
             host.draw(&world, &mut frame, (view, mode), 1.0)?;
             let found = host.pixels(&host.color)?;
@@ -221,8 +142,8 @@ fn views_of_one_submission_are_as_alone() -> Outcome {
     let views = [odd_view(), odd_view() * far];
     for representation in representations() {
         let mut world = engine.build(&scene)?.with_representation(representation)?;
-        let camera = Perspective::from_matrix(odd_view().to_cols_array_2d());
-        let camera = camera.ok_or("no perspective")?.camera();
+        let camera = Projection::from_matrix(odd_view().to_cols_array_2d(), true);
+        let camera = camera.ok_or("no projection")?.camera();
         world.refine(
             &camera,
             &world.render_settings([48, 32], RenderMode::Normal),
@@ -347,15 +268,13 @@ fn bad_hosts_get_errors() -> Outcome {
     };
     assert!(world.host_frame(&odd_samples).is_err());
     let mut frame = world.host_frame(&Host::targets())?;
-    let parallel = directx::orthographic(-1.0, 1.0, -1.0, 1.0, 0.1, 10.0);
     for view in [
-        parallel,
         Mat4::ZERO,
         Mat4::NAN,
         Mat4::from_cols_array(&[f32::INFINITY; 16]),
     ] {
         let refused = host.draw(&world, &mut frame, (view, RenderMode::Normal), 0.0);
-        assert!(matches!(refused, Err(RenderError::NoPerspective)), "{view}");
+        assert!(matches!(refused, Err(RenderError::NoProjection)), "{view}");
     }
     let mut encoder = host.device.create_command_encoder(&Default::default());
     for size in [[0, 0], [0, 16], [1 << 20, 1 << 20]] {
@@ -425,24 +344,4 @@ fn a_lost_device_leaves_the_scene() -> Outcome {
     let again = engine.build(&old)?.field();
     assert_eq!(again.render(&camera, &settings)?.rgb, before.rgb);
     Ok(())
-}
-
-/// A matrix gives the camera that it was made of.
-#[test]
-fn a_matrix_gives_its_camera() {
-    let eye = Vec3::new(1.5, -2.0, 7.0);
-    for projection in [
-        directx::perspective(0.9, 1.5, 0.01, 1000.0),
-        directx::perspective_infinite(0.9, 1.5, 0.2),
-        directx::perspective_infinite_reverse(0.9, 1.5, 1e-3),
-    ] {
-        let matrix = projection * look_at_mat4(eye, Vec3::ONE, Vec3::Y);
-        let camera = Perspective::from_matrix(matrix.to_cols_array_2d())
-            .expect("a perspective")
-            .camera();
-        assert!(camera.eye.distance(eye) < 1e-4, "{camera:?}");
-        let (own, expected) = (camera.target - camera.eye, Vec3::ONE - eye);
-        assert!(own.normalize().distance(expected.normalize()) < 1e-5);
-        assert!((camera.field_of_view_degrees - 0.9f32.to_degrees()).abs() < 1e-3);
-    }
 }

@@ -1,9 +1,10 @@
 //! A program with its own device and targets, for tests.
 
-use argil::RenderError;
 use argil::gpu::{Gpu, GpuCounters, HostFrame, HostTargets, wgpu};
 use argil::prelude::*;
-use glam::Mat4;
+use argil::{RenderError, Representation};
+use glam::camera::rh::{proj::directx, view::look_at_mat4};
+use glam::{Mat4, Vec3};
 use std::sync::Arc;
 
 pub(crate) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -11,6 +12,21 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub(crate) const NEAR: f32 = 0.1;
 /// What the host clears its color to.
 pub(crate) const CLEAR: [u8; 3] = [51, 102, 153];
+
+/// What rays march through in frames of a host.
+pub(crate) fn representations() -> Vec<Representation> {
+    let mut all = Representation::all(48);
+    all.retain(|own| !matches!(own, Representation::Mesh(_)));
+    all
+}
+
+/// A view that is rolled, and whose middle is not in the image's middle.
+pub(crate) fn odd_view() -> Mat4 {
+    let shift = Mat4::from_translation(Vec3::new(0.25, -0.15, 0.0));
+    let projection = directx::perspective_infinite_reverse(0.6, 1.4, NEAR);
+    let up = Vec3::new(0.4, 1.0, 0.1);
+    shift * projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
+}
 
 /// A host with a color and a reversed depth buffer.
 pub(crate) struct Host {
@@ -34,29 +50,35 @@ pub(crate) fn opened(
     Ok(pollster::block_on(asked)?)
 }
 
+/// Creates a target.
+pub(crate) fn target(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
 impl Host {
-    pub(crate) fn new([width, height]: [u32; 2]) -> Result<Self, Box<dyn std::error::Error>> {
+    pub(crate) fn new(size: [u32; 2]) -> Result<Self, Box<dyn std::error::Error>> {
         let (device, queue) = opened(Gpu::required_limits)?;
-        let target = |format| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: None,
-                size: wgpu::Extent3d {
-                    width,
-                    height,
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
-        };
         Ok(Self {
-            color: target(COLOR),
-            depth: target(DEPTH),
-            size: [width, height],
+            color: target(&device, size, COLOR),
+            depth: target(&device, size, DEPTH),
+            size,
             device,
             queue,
         })
@@ -69,16 +91,19 @@ impl Host {
     }
 
     pub(crate) fn targets() -> HostTargets {
+        Self::targets_with(wgpu::CompareFunction::Greater)
+    }
+
+    pub(crate) fn targets_with(compare: wgpu::CompareFunction) -> HostTargets {
         HostTargets {
-            color: COLOR,
             depth: Some(wgpu::DepthStencilState {
                 format: DEPTH,
                 depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
+                depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            sample_count: 1,
+            ..HostTargets::new(COLOR)
         }
     }
 
@@ -115,19 +140,36 @@ impl Host {
 
     /// Draws an encoded frame in a pass that clears the targets.
     pub(crate) fn pass(&self, frame: &HostFrame, depth: f32, encoder: &mut wgpu::CommandEncoder) {
+        self.pass_with(&[&self.color], frame, depth, encoder);
+    }
+
+    /// Draws an encoded frame into other targets, and into the depth.
+    pub(crate) fn pass_with(
+        &self,
+        targets: &[&wgpu::Texture],
+        frame: &HostFrame,
+        depth: f32,
+        encoder: &mut wgpu::CommandEncoder,
+    ) {
         let [r, g, b] = CLEAR.map(|c| f64::from(c) / 255.0);
-        let color_view = self.color.create_view(&Default::default());
+        let views = targets
+            .iter()
+            .map(|own| own.create_view(&Default::default()));
+        let views: Vec<_> = views.collect();
         let depth_view = self.depth.create_view(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &color_view,
+        let attachments = views.iter().map(|view| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
                     load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 }),
                     store: wgpu::StoreOp::Store,
                 },
-            })],
+            })
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &attachments.collect::<Vec<_>>(),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &depth_view,
                 depth_ops: Some(wgpu::Operations {

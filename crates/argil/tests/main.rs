@@ -14,6 +14,8 @@ mod host;
 mod host_common;
 #[cfg(feature = "gpu")]
 mod host_edits;
+#[cfg(feature = "gpu")]
+mod host_views;
 mod iso_levels;
 mod levels;
 mod levels_common;

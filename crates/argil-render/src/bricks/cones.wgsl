@@ -32,10 +32,9 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let place = cone_place(x, y);
     let meets = begin <= end;
-    let u = (f32(x) + 0.5 * f32(CONE_SIDE)) / f32(frame.width) * 2.0 - 1.0;
-    let v = 1.0 - (f32(y) + 0.5 * f32(CONE_SIDE)) / f32(frame.height) * 2.0;
-    let direction = normalize(frame.forward + frame.right * u + frame.up * v);
-    let eye = frame.eye;
+    let middle = ray_through(f32(x) + 0.5 * f32(CONE_SIDE), f32(y) + 0.5 * f32(CONE_SIDE));
+    let direction = middle.direction;
+    let eye = middle.origin;
     let starts_outside = any(eye < frame.box_min) || any(eye > frame.box_max);
     let slope = CONE_RADIUS * frame.pixel_width;
     let held_min = cone_box_min();

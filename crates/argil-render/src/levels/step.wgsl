@@ -22,6 +22,8 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
     let span = box_span(ray);
     let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
     let scale = frame.inv_lipschitz;
+    // Positions are relative to the eye, where coordinates are most precise.
+    let begin = select(vec3(0.0), ray.origin - frame.eye, PARALLEL_RAYS);
     let size = volume.pixel_error * frame.pixel_width;
     let own_size = size * dither(at_pixel);
     let d = vec3(not_zero(ray.direction.x), not_zero(ray.direction.y), not_zero(ray.direction.z));
@@ -48,7 +50,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
                 exists = false;
                 break;
             }
-            found = locate(ray.direction * t, level_of(own_size * t), slot);
+            found = locate(begin + ray.direction * t, level_of(own_size * t), slot);
             slot = found.cell / 8u;
             hit_level = found.level;
             hit_gap = found.gap;

@@ -23,9 +23,8 @@ struct Corner { @builtin(position) position: vec4<f32>, @location(0) normal: vec
 /// What the engine needs to know of the render pass.
 pub(crate) fn targets() -> HostTargets {
     HostTargets {
-        color: COLOR,
         depth: Some(depth()),
-        sample_count: 1,
+        ..HostTargets::new(COLOR)
     }
 }
 
