@@ -1,5 +1,6 @@
 //! The host's own renderer: triangles with a light from above, and a depth buffer that is reversed.
 
+use super::carving::Carving;
 use argil::glam::Vec3;
 use argil::glam::camera::rh::proj::directx;
 use argil::glam::camera::rh::view::look_at_mat4;
@@ -7,7 +8,7 @@ use argil::gpu::{Gpu, HostTargets, wgpu};
 use argil::mesh::Mesh;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const SHADER: &str = "
 @group(0) @binding(0) var<uniform> clip_from_world: mat4x4<f32>;
 struct Corner { @builtin(position) position: vec4<f32>, @location(0) normal: vec3<f32> }
@@ -20,17 +21,9 @@ struct Corner { @builtin(position) position: vec4<f32>, @location(0) normal: vec
 }
 ";
 
-/// What the engine needs to know of the render pass.
-pub(crate) fn targets() -> HostTargets {
-    HostTargets {
-        depth: Some(depth()),
-        ..HostTargets::new(COLOR)
-    }
-}
-
 fn depth() -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
-        format: wgpu::TextureFormat::Depth32Float,
+        format: DEPTH,
         depth_write_enabled: Some(true),
         depth_compare: Some(wgpu::CompareFunction::Greater),
         stencil: Default::default(),
@@ -42,22 +35,31 @@ fn depth() -> wgpu::DepthStencilState {
 pub(crate) struct Renderer {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    pub(crate) size: [u32; 2],
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
     vertices: wgpu::Buffer,
     count: u32,
     matrix: wgpu::Buffer,
     group: wgpu::BindGroup,
     pipeline: wgpu::RenderPipeline,
-    color: wgpu::Texture,
-    color_view: wgpu::TextureView,
-    depth_view: wgpu::TextureView,
+    depth: wgpu::TextureView,
 }
 
 impl Renderer {
-    /// Opens a device with what the engine needs, and uploads triangles.
-    pub(crate) fn new(size: [u32; 2], mesh: &Mesh) -> Result<Self, Box<dyn std::error::Error>> {
-        let instance = wgpu::Instance::default();
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
+    /// Opens a device with what the engine needs, for a surface if there is one, and uploads triangles.
+    pub(crate) fn new(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        mesh: &Mesh,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let asked = instance.request_adapter(&wgpu::RequestAdapterOptions {
+            compatible_surface: surface,
+            ..Default::default()
+        });
+        let adapter = pollster::block_on(asked)?;
+        let formats = surface.map(|own| own.get_capabilities(&adapter).formats);
+        let format = formats.iter().flatten().find(|own| own.is_srgb());
+        let format = *format.unwrap_or(&wgpu::TextureFormat::Rgba8UnormSrgb);
         let wished = adapter.features() & Gpu::wished_features();
         let opened = adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: Gpu::required_features() | wished,
@@ -79,7 +81,7 @@ impl Renderer {
         let vertices = buffer(bytemuck::cast_slice(&corners), wgpu::BufferUsages::VERTEX);
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let matrix = buffer(&[0; 64], usage);
-        let pipeline = pipeline(&device);
+        let pipeline = pipeline(&device, format);
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &pipeline.get_bind_group_layout(0),
@@ -88,43 +90,67 @@ impl Renderer {
                 resource: matrix.as_entire_binding(),
             }],
         });
-        let color = target(&device, size, COLOR);
-        let depth = target(&device, size, depth().format);
+        let depth = target(&device, [1, 1], DEPTH).create_view(&Default::default());
         Ok(Self {
-            size,
+            device,
+            queue,
+            size: [1, 1],
+            format,
             vertices,
             count: corners.len() as u32,
             matrix,
             group,
             pipeline,
-            color_view: color.create_view(&Default::default()),
-            depth_view: depth.create_view(&Default::default()),
-            color,
-            device,
-            queue,
+            depth,
         })
     }
 
+    /// Takes targets of another size from now on.
+    pub(crate) fn resize(&mut self, size: [u32; 2]) {
+        self.size = size;
+        self.depth = target(&self.device, size, DEPTH).create_view(&Default::default());
+    }
+
+    /// Returns what the engine needs to know of the render pass.
+    pub(crate) fn targets(&self) -> HostTargets {
+        HostTargets {
+            depth: Some(depth()),
+            ..HostTargets::new(self.format)
+        }
+    }
+
+    pub(crate) fn format(&self) -> wgpu::TextureFormat {
+        self.format
+    }
+
+    /// Creates a target that can be downloaded.
+    pub(crate) fn target(&self) -> wgpu::Texture {
+        target(&self.device, self.size, self.format)
+    }
+
     /// Returns the projection times the view, from an angle.
-    pub(crate) fn clip_from_world(&self, angle: f32) -> [[f32; 4]; 4] {
+    fn clip_from_world(&self, angle: f32) -> [[f32; 4]; 4] {
         let aspect = self.size[0] as f32 / self.size[1] as f32;
         let projection = directx::perspective_infinite_reverse(0.7, aspect, 0.1);
         let eye = Vec3::new(4.0 * angle.sin(), 2.4, 4.0 * angle.cos());
         (projection * look_at_mat4(eye, Vec3::ZERO, Vec3::Y)).to_cols_array_2d()
     }
 
-    /// Encodes a render pass: the triangles, and then what a guest draws.
+    /// Draws a frame into a view of the color format, from an angle: the triangles and then the guest's world, by one submission.
     pub(crate) fn draw(
         &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        clip_from_world: [[f32; 4]; 4],
-        guest: impl FnOnce(&mut wgpu::RenderPass<'_>),
-    ) {
+        color: &wgpu::TextureView,
+        angle: f32,
+        guest: &mut Carving,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let clip_from_world = self.clip_from_world(angle);
         let matrix = bytemuck::bytes_of(&clip_from_world);
         self.queue.write_buffer(&self.matrix, 0, matrix);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        guest.encode(self.size, clip_from_world, &mut encoder)?;
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.color_view,
+                view: color,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -138,7 +164,7 @@ impl Renderer {
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth_view,
+                view: &self.depth,
                 depth_ops: Some(wgpu::Operations {
                     load: wgpu::LoadOp::Clear(0.0),
                     store: wgpu::StoreOp::Store,
@@ -151,11 +177,17 @@ impl Renderer {
         pass.set_bind_group(0, &self.group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.draw(0..self.count, 0..1);
-        guest(&mut pass);
+        guest.composite(&mut pass);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+        Ok(())
     }
 
-    /// Downloads the picture.
-    pub(crate) fn picture(&self) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    /// Downloads a target.
+    pub(crate) fn picture(
+        &self,
+        target: &wgpu::Texture,
+    ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         let [width, height] = self.size;
         let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -166,7 +198,7 @@ impl Renderer {
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_texture_to_buffer(
-            self.color.as_image_copy(),
+            target.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -175,7 +207,7 @@ impl Renderer {
                     rows_per_image: None,
                 },
             },
-            self.color.size(),
+            target.size(),
         );
         self.queue.submit([encoder.finish()]);
         buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
@@ -208,7 +240,7 @@ fn target(
     })
 }
 
-fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
+fn pipeline(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(SHADER.into()),
@@ -233,7 +265,7 @@ fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
             module: &module,
             entry_point: None,
             compilation_options: Default::default(),
-            targets: &[Some(COLOR.into())],
+            targets: &[Some(format.into())],
         }),
         multiview_mask: None,
         cache: None,
