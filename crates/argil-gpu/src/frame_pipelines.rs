@@ -1,6 +1,6 @@
 //! The pipelines of a frame.
 
-use crate::pass_module::Passes;
+use crate::pass_module::{Passes, compile_together};
 use crate::recording::{FrameStep, Recording};
 use crate::{Gpu, GpuError};
 
@@ -30,6 +30,13 @@ impl<'a> FramePipelines<'a> {
             count: None,
             resolve: None,
         };
+        let wanted = recording.steps.iter().filter_map(|step| match *step {
+            FrameStep::Pass { pipeline, .. } => Some((passes.frame, pipeline)),
+            FrameStep::Count(_) => Some((passes.resolve, passes.resolve.index("count")?)),
+            FrameStep::Resolve(_) => Some((passes.resolve, passes.resolve.index("resolve")?)),
+            _ => None,
+        });
+        compile_together(gpu, &wanted.collect::<Vec<_>>())?;
         for step in &recording.steps {
             match *step {
                 FrameStep::Pass { pipeline, .. } => {

@@ -7,6 +7,7 @@
 use crate::bindings::{Bind, layout};
 use crate::{Gpu, GpuError};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The values of `override`s.
 pub(crate) type Constants = Vec<(&'static str, f64)>;
@@ -97,10 +98,15 @@ impl Passes {
         self.module.binds.iter().map(|bind| bind.place())
     }
 
+    /// Returns the index of a pass, if there is one.
+    pub(crate) fn index(&self, name: &str) -> Option<usize> {
+        let mut names = self.module.entry_points.iter();
+        names.position(|own| own.name == name)
+    }
+
     /// Returns the pipeline of a pass. Compiles it when it is first asked for.
     pub(crate) fn get(&self, gpu: &Gpu, name: &str) -> Result<&wgpu::ComputePipeline, GpuError> {
-        let mut names = self.module.entry_points.iter();
-        match names.position(|own| own.name == name) {
+        match self.index(name) {
             Some(index) => self.at(gpu, index),
             None => Err(GpuError::Validation {
                 name: gpu.info.name.clone(),
@@ -144,9 +150,70 @@ impl Passes {
     }
 }
 
+/// Compiles passes that are needed together, each by its index, on several threads where there are any.
+pub(crate) fn compile_together(gpu: &Gpu, wanted: &[(&Passes, usize)]) -> Result<(), GpuError> {
+    let mut missing: Vec<(&Passes, usize)> = Vec::new();
+    for &(passes, index) in wanted {
+        let is_listed = |own: &(&Passes, usize)| std::ptr::eq(own.0, passes) && own.1 == index;
+        if passes.pipelines[index].get().is_none() && !missing.iter().any(is_listed) {
+            missing.push((passes, index));
+        }
+    }
+    let threads = match cfg!(target_arch = "wasm32") {
+        true => 1,
+        false => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+    };
+    if threads.min(missing.len()) < 2 {
+        return Ok(());
+    }
+    let next = AtomicUsize::new(0);
+    let work = || -> Result<(), GpuError> {
+        while let Some((passes, index)) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+            passes.at(gpu, *index)?;
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads.min(missing.len()))
+            .map(|_| scope.spawn(work))
+            .collect();
+        let own = work();
+        let others = others.into_iter().map(|other| {
+            // A panic goes on here.
+            other
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        others.fold(own, Result::and)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Passes that are needed together are compiled once each, and their faults are known.
+    #[test]
+    fn passes_are_compiled_together() {
+        let gpu = pollster::block_on(Gpu::open()).expect("a device");
+        let source = "@compute @workgroup_size(1) fn a() {} @compute @workgroup_size(1) fn b() {} @compute @workgroup_size(1) fn c() {}";
+        let module =
+            |names: &[&'static str]| PassModule::new("some", &[source], Vec::new(), &[], names);
+        let passes = Passes::new(&gpu, module(&["a", "b", "c"])).expect("a layout");
+        let all: Vec<_> = (0..3).map(|index| (&passes, index)).collect();
+        compile_together(&gpu, &all[..2]).expect("passes");
+        assert_eq!(gpu.counters().pipelines, 2);
+        compile_together(&gpu, &all).expect("passes");
+        passes.get(&gpu, "c").expect("a pass");
+        assert_eq!(gpu.counters().pipelines, 3);
+        let broken = Passes::new(&gpu, module(&["a", "missing", "gone"])).expect("a layout");
+        let all: Vec<_> = (0..3).map(|index| (&broken, index)).collect();
+        let refused = compile_together(&gpu, &all);
+        assert!(
+            matches!(refused, Err(GpuError::Validation { .. })),
+            "{refused:?}"
+        );
+    }
 
     /// Each pass is compiled when it is first asked for, and once; unknown ones are an error.
     #[test]

@@ -6,7 +6,7 @@ use crate::bindings::{
     ARGUMENTS, BRICK_MATERIALS, Bind, CANDIDATES, CELLS, COLUMNS_WGSL, COUNTERS, FIELD_BINDS, FILL,
     LISTS, PARAMS, PRUNE, TABLES_WGSL, TEXELS, VOLUME, entry,
 };
-use crate::pass_module::{PassModule, Passes};
+use crate::pass_module::{PassModule, Passes, compile_together};
 use crate::pass_recorder::{DispatchSize, PassRecorder};
 use crate::program::check_depth;
 use crate::storage_buffer::StorageBuffer;
@@ -179,6 +179,28 @@ impl BrickPasses {
         field.passes(key, || Self::new(field, bits, side))
     }
 
+    /// Returns what a build runs.
+    fn of_build(&self, mixes: bool) -> Vec<(&Passes, usize)> {
+        let names = [
+            "begin_lists",
+            "measure",
+            "prune_cells",
+            "fill_bricks",
+            "mark_empty_blocks",
+            "release_freed",
+        ];
+        let materials = mixes.then_some("fill_materials");
+        let build = names.into_iter().chain(materials);
+        let build = build.map(|name| (Some(&self.build), name));
+        let others = [
+            (self.columns.as_ref(), "fill_columns"),
+            (Some(&self.plan), "plan"),
+        ];
+        let all = build.chain(others);
+        all.filter_map(|(passes, name)| Some((passes?, passes?.index(name)?)))
+            .collect()
+    }
+
     fn new(field: &GpuProgram, bits: SampleFormat, side: u32) -> Result<Self, GpuError> {
         let gpu = field.gpu();
         let build = build_module(&field.pruning_wgsl(), gpu.texels(bits), side);
@@ -294,7 +316,7 @@ pub(super) struct BoundBuild<'a> {
 }
 
 impl<'a> BoundBuild<'a> {
-    /// Uploads what to build, and binds it.
+    /// Uploads what to build, and binds it. Compiles the passes.
     pub(super) fn new(
         field: &'a GpuProgram,
         scratch: &mut EditScratch,
@@ -304,6 +326,7 @@ impl<'a> BoundBuild<'a> {
         let gpu = field.gpu();
         let bits = TexelFormat::of(site.texture.format()).bits();
         let passes = BrickPasses::of(field, bits, order.words.brick_size_voxels)?;
+        compile_together(gpu, &passes.of_build(order.mixes))?;
         scratch.reserve_arguments(gpu, order.words.chunks)?;
         gpu.write_buffer(&scratch.words, 0, bytemuck::bytes_of(&order.words));
         gpu.write_buffer(&scratch.prune, 0, bytemuck::bytes_of(&order.prune));
