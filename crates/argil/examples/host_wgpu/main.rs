@@ -48,6 +48,8 @@ fn headless(
     let view = target.create_view(&Default::default());
     for frame in 0..frames.max(1) {
         host.draw(&view, 0.02 * frame as f32, &mut carving)?;
+        // A window waits for its display.
+        host.device.poll(wgpu::PollType::wait_indefinitely())?;
     }
     let picture = host.picture(&target)?;
     argil::save_png("host_wgpu.png".as_ref(), SIZE, &picture)?;
