@@ -231,10 +231,8 @@ impl GpuVolume {
             return Ok((RenderOutput::empty(), 0.0));
         };
         let (passes, bound) = self.picture(field, first, self.uniform())?;
-        let extras = FrameExtras {
-            drawing: None,
-            marks: self.kind.marks(),
-        };
+        let (drawing, marks) = (None, self.kind.marks());
+        let extras = FrameExtras { drawing, marks };
         let drawn = passes.draw(field, bound, extras, frames, with_hits).await?;
         self.kind.note_marks(first, &drawn.marks);
         Ok((drawn.picture, drawn.duration_ms))

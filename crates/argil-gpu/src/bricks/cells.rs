@@ -20,11 +20,16 @@ use argil_volume::{BlockTable, empty_word, far_words};
 pub(crate) struct GpuCellTable {
     pub table: BlockTable,
     pub buffer: StorageBuffer,
+    /// The words of some blocks without a surface.
+    blank: StorageBuffer,
     tree_room: u32,
     slot_room: u32,
     /// The largest distance that a cell stores.
     far: f32,
 }
+
+/// Blocks whose words are emptied by one command.
+const BLANK: u32 = 16;
 
 /// Returns a little more than needed, so that not every block moves the buffer.
 fn with_headroom(needed: usize) -> u32 {
@@ -45,8 +50,11 @@ impl GpuCellTable {
             slot_room: table.slots() as u32,
             table,
             buffer: StorageBuffer::new("cells"),
+            blank: StorageBuffer::new("cells of a block"),
             far,
         };
+        let blank = vec![empty_word(0.0); 64 * BLANK as usize];
+        cells.blank.write(gpu, &blank)?;
         cells.buffer.reserve_exact(gpu, cells.bytes())?;
         cells.write_head(gpu);
         match words {
@@ -115,8 +123,8 @@ impl GpuCellTable {
         self.patch(gpu, self.words_at(), &words);
     }
 
-    /// Uploads what changed in the table, with empty words for slots that have a new block. If the table moves to another buffer, the
-    /// other words are copied by what is encoded.
+    /// Uploads what changed in the table. Commands empty the words of slots that have a new block, after others that move them if the
+    /// table needs another buffer.
     pub(super) fn follow(
         &mut self,
         new: &[u32],
@@ -136,17 +144,9 @@ impl GpuCellTable {
             let old = std::mem::replace(&mut self.buffer, buffer);
             if let (Some(from), Some(to)) = (old.buffer(), self.buffer.buffer()) {
                 let (from_at, to_at) = (4 * u64::from(old_at), 4 * u64::from(self.words_at()));
-                // Without the slots whose words are written below, because writes come before copies.
-                let ends = new.iter().copied().filter(|&slot| slot < old_slots);
-                let mut first = 0;
-                for end in ends.chain([old_slots]) {
-                    let [at, bytes] = [first, end - first].map(|slots| 256 * u64::from(slots));
-                    if bytes > 0 {
-                        let encoder = recorder.encoder();
-                        encoder.copy_buffer_to_buffer(from, from_at + at, to, to_at + at, bytes);
-                    }
-                    first = end + 1;
-                }
+                let bytes = 256 * u64::from(old_slots);
+                let encoder = recorder.encoder();
+                encoder.copy_buffer_to_buffer(from, from_at, to, to_at, bytes);
             }
             self.write_head(gpu);
         } else {
@@ -159,8 +159,14 @@ impl GpuCellTable {
         for run in new.chunk_by(|a, b| a + 1 == *b) {
             let cells = self.first_cells(run.iter().map(|&slot| slot as usize));
             self.patch(gpu, self.slots_at() + 3 * run[0], &cells);
-            let words = vec![empty_word(0.0); 64 * run.len()];
-            self.patch(gpu, self.words_at() + 64 * run[0], &words);
+            for some in run.chunks(BLANK as usize) {
+                let at = 4 * u64::from(self.words_at() + 64 * some[0]);
+                let bytes = 256 * some.len() as u64;
+                if let (Some(blank), Some(to)) = (self.blank.buffer(), self.buffer.buffer()) {
+                    let encoder = recorder.encoder();
+                    encoder.copy_buffer_to_buffer(blank, 0, to, at, bytes);
+                }
+            }
         }
         Ok(())
     }
