@@ -119,7 +119,9 @@ impl NearLists {
             return Ok(None);
         };
         let gpu = field.gpu();
-        if !self.are_made() {
+        // What is submitted here may come before what a host still has to submit.
+        let comes_after = |own: &Submission| own.is_done() || host.is_some() && !own.is_dropped();
+        if !self.made.as_ref().is_some_and(comes_after) {
             self.reserve(gpu, &mut grid, length as u64)?;
             let mut recorder = PassRecorder::untimed(gpu, host);
             self.make(field, &grid, length as u64, recorder.encoder())?;

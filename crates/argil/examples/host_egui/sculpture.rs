@@ -26,18 +26,18 @@ impl Default for Draw {
     }
 }
 
-/// A block and a ball on egui's device, and what each frame asked of the device.
+/// A block and a sphere on egui's device, and what each frame asked of the device.
 pub(crate) struct Sculpture {
     gpu: Arc<Gpu>,
     scene: Scene,
-    ball: NodeId,
+    sphere: NodeId,
     shape: [f32; 2],
     world: World,
     frame: HostFrame,
     counts: Vec<GpuCounters>,
 }
 
-fn ball([radius, blend]: [f32; 2]) -> Brush {
+fn sphere([radius, blend]: [f32; 2]) -> Brush {
     Brush::new(Shape::sphere(radius))
         .at([0.5, 0.4, 0.5])
         .smooth(blend)
@@ -53,13 +53,13 @@ impl Sculpture {
         let mut scene = Scene::new();
         scene.push(Shape::cuboid([0.9, 0.4, 0.9]))?;
         let shape = [0.6, 0.1];
-        let ball = scene.push(ball(shape))?.node;
+        let sphere = scene.push(sphere(shape))?.node;
         let world = Engine::on_gpu(gpu.clone()).build(&scene)?.bricks(128)?;
         Ok(Self {
             frame: world.host_frame(&HostTargets::new(format))?,
             gpu,
             scene,
-            ball,
+            sphere,
             shape,
             world,
             counts: Vec::new(),
@@ -75,7 +75,7 @@ impl Sculpture {
         let before = self.gpu.counters();
         if self.shape != [draw.radius, draw.blend] {
             self.shape = [draw.radius, draw.blend];
-            let (node, desc) = (self.ball, ball(self.shape).into());
+            let (node, desc) = (self.sphere, sphere(self.shape).into());
             self.scene.apply(Edit::Replace { node, desc })?;
             self.world.encode_edits(&self.scene, encoder)?;
         }
