@@ -63,6 +63,19 @@ pub struct GpuCounters {
     pub pipelines: u64,
 }
 
+impl GpuCounters {
+    /// Returns what was asked since an earlier state.
+    #[must_use]
+    pub fn since(self, before: Self) -> Self {
+        Self {
+            submissions: self.submissions - before.submissions,
+            waits: self.waits - before.waits,
+            buffers: self.buffers - before.buffers,
+            pipelines: self.pipelines - before.pipelines,
+        }
+    }
+}
+
 /// How a GPU fills the texture of a dense volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

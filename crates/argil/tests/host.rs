@@ -1,6 +1,6 @@
 //! Worlds in the frames of a host that has its own device.
 
-use crate::host_common::{CLEAR, DEPTH, Host, NEAR, difference, odd_view, opened, representations};
+use crate::host_common::{CLEAR, DEPTH, Host, NEAR, odd_view, opened, representations};
 use argil::RenderError;
 use argil::gpu::{Gpu, GpuCounters, HostTargets, wgpu};
 use argil::prelude::*;
@@ -121,7 +121,7 @@ fn later_frames_create_nothing() -> Outcome {
                 host.draw(&world, frame, (turned, mode), 0.0)?;
             }
             let after = gpu.counters();
-            counts.push(difference(before, after));
+            counts.push(after.since(before));
         }
         assert!(counts[0].buffers > 0 && counts[0].pipelines > 0);
         for count in &counts[1..] {
@@ -198,7 +198,7 @@ fn later_edits_submit_once() -> Outcome {
         let before = gpu.counters();
         world.apply(&scene)?;
         let after = gpu.counters();
-        counts.push(difference(before, after));
+        counts.push(after.since(before));
         // The counters of an edit come back between frames.
         world.render_view([16, 16])?;
     }

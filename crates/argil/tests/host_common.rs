@@ -1,6 +1,6 @@
 //! A program with its own device and targets, for tests.
 
-use argil::gpu::{Gpu, GpuCounters, HostFrame, HostTargets, wgpu};
+use argil::gpu::{Gpu, HostFrame, HostTargets, wgpu};
 use argil::prelude::*;
 use argil::{RenderError, Representation};
 use glam::camera::rh::{proj::directx, view::look_at_mat4};
@@ -221,15 +221,5 @@ impl Host {
     pub(crate) fn depths(&self) -> Result<Vec<f32>, Box<dyn std::error::Error>> {
         let all = self.pixels(&self.depth)?;
         Ok(all.into_iter().map(f32::from_le_bytes).collect())
-    }
-}
-
-/// Returns what a device was asked to do in between.
-pub(crate) fn difference(before: GpuCounters, after: GpuCounters) -> GpuCounters {
-    GpuCounters {
-        submissions: after.submissions - before.submissions,
-        waits: after.waits - before.waits,
-        buffers: after.buffers - before.buffers,
-        pipelines: after.pipelines - before.pipelines,
     }
 }

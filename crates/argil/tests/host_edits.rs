@@ -1,6 +1,6 @@
 //! Edits in the encoder of a host.
 
-use crate::host_common::{Host, difference};
+use crate::host_common::Host;
 use argil::gpu::GpuError;
 use argil::prelude::*;
 use argil::scene::Edit;
@@ -71,7 +71,7 @@ fn edits_are_part_of_the_hosts_submission() -> Outcome {
             &mut encoder,
         )?;
         host.pass(&frame, 0.0, &mut encoder);
-        let used = difference(before, gpu.counters());
+        let used = gpu.counters().since(before);
         assert!(!report.rebuilt, "{report:?}");
         assert_eq!((used.submissions, used.waits), (0, 0), "{used:?}");
         if nth * 2 >= all.len() {

@@ -87,14 +87,10 @@ impl Sculpture {
         let view = draw.clip_from_world;
         self.world
             .encode_frame(&mut self.frame, view, &settings, encoder)?;
-        let after = self.gpu.counters();
-        self.counts.push(GpuCounters {
-            // That of egui, of which the rest is a part.
-            submissions: 1 + after.submissions - before.submissions,
-            waits: after.waits - before.waits,
-            buffers: after.buffers - before.buffers,
-            pipelines: after.pipelines - before.pipelines,
-        });
+        let mut used = self.gpu.counters().since(before);
+        // That of egui, of which the rest is a part.
+        used.submissions += 1;
+        self.counts.push(used);
         Ok(())
     }
 

@@ -64,14 +64,10 @@ impl Carving {
         self.world.encode_edits(&self.scene, encoder)?;
         self.world
             .encode_frame(&mut self.frame, clip_from_world, &settings, encoder)?;
-        let after = self.gpu.counters();
-        self.counts.push(GpuCounters {
-            // That of the host, of which the rest is a part.
-            submissions: 1 + after.submissions - before.submissions,
-            waits: after.waits - before.waits,
-            buffers: after.buffers - before.buffers,
-            pipelines: after.pipelines - before.pipelines,
-        });
+        let mut used = self.gpu.counters().since(before);
+        // That of the host, of which the rest is a part.
+        used.submissions += 1;
+        self.counts.push(used);
         Ok(())
     }
 
