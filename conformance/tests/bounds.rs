@@ -58,7 +58,7 @@ fn the_programs_box_holds_the_solid() {
     for SceneCase { name, scene } in all_cases() {
         let bounds = lower(&scene).aabb();
         let mut numbers = CaseRng::new(12);
-        for _ in 0..3000 {
+        for _ in 0..1200 {
             let p = numbers.point(2.5);
             assert!(
                 bounds.contains(p) || naive::distance(&scene, p) > 0.0,

@@ -264,7 +264,7 @@ fn exact_shapes_are_exact() {
             .push(argil_scene::Brush::new(shape.clone()))
             .expect("a valid shape");
         let mut worst = 0.0f64;
-        for p in points(300, 6).into_iter().map(Vec3::from) {
+        for p in points(120, 6).into_iter().map(Vec3::from) {
             let Some(gradient) = oracle_gradient(&scene, p) else {
                 continue;
             };

@@ -38,8 +38,8 @@ fn grow(device: Option<&Arc<Gpu>>, (name, mut scene): (&str, Scene)) {
         ..BrickSettings::default()
     };
     let mut rig = EditRig::on(device.cloned(), &mut scene, 24, &settings);
-    for step in 1..8 {
-        let at = [0.0, 0.7 * step as f32, 0.2 * step as f32];
+    for step in 1..5 {
+        let at = [0.0, 1.2 * step as f32, 0.2 * step as f32];
         let far = Brush::new(Shape::Sphere { radius: 0.3 }).at(at);
         let index = scene.node(Scene::ROOT).children().len();
         let edit = Edit::Insert {

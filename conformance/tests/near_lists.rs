@@ -54,7 +54,7 @@ fn cases() -> Vec<SceneCase> {
         name: rows[0].name.clone(),
         scene: side_by_side(rows),
     });
-    let random = (0..40).map(|seed| SceneCase {
+    let random = (0..16).map(|seed| SceneCase {
         name: format!("seed {seed}"),
         scene: RandomTables::new(seed).scene(12),
     });
@@ -96,5 +96,5 @@ fn lists_have_the_bits_of_the_whole_program() {
         let differing = differing(&by_lists, &whole);
         assert_eq!(differing, 0, "{name}: {nth}");
     }
-    assert!(checked > 60, "{checked} cases");
+    assert!(checked > 40, "{checked} cases");
 }

@@ -152,7 +152,7 @@ fn noise_is_known_and_removed() -> Outcome {
         };
         world.still(&world.camera(), &settings, &options)
     };
-    let (few, many) = (still(4)?, still(128)?);
+    let (few, many) = (still(4)?, still(64)?);
     let truth = many.radiance();
     let error = |picture: &[[f32; 3]]| {
         let squares = picture

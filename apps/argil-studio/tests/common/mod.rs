@@ -50,9 +50,12 @@ impl Desk {
         let mut builder = Harness::builder()
             .with_size(Vec2::new(1280.0, 800.0))
             .with_max_steps(64);
-        if begin.is_drawn {
-            builder = builder.wgpu();
-        }
+        builder = if begin.is_drawn {
+            builder.wgpu()
+        } else {
+            // Nobody looks at the picture, so it has few pixels.
+            builder.with_pixels_per_point(0.5)
+        };
         let window = builder.build_eframe(|cc| Studio::new(cc, options));
         Self { window, answers }
     }
