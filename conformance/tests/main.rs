@@ -20,4 +20,5 @@ mod prune;
 mod render;
 mod tables;
 mod textures;
+mod uniform_branches;
 mod volume;

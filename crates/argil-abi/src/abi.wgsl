@@ -553,3 +553,10 @@ struct PathPixel {
     normal: vec3<f32>,
     opacity: f32,
 }
+// Whether branches hide that they depend on uniforms. Mesa's software device compiles a shader again for each dispatch, with
+// the values of the uniforms that alone decide its branches.
+override HIDES_UNIFORMS: bool = false;
+// Returns a uniform's value for a branch. No thread has the index 0xffffffff, which the compiler does not know.
+fn per_thread(value: u32, index: u32) -> u32 {
+    return select(value, 0u, HIDES_UNIFORMS && index == 0xffffffffu);
+}

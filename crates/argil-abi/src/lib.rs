@@ -32,8 +32,20 @@ pub fn wgsl() -> String {
     for (layout, types) in tables::STRUCTS {
         text += &declare::struct_text(layout, types);
     }
+    text += PER_THREAD;
     text
 }
+
+/// What branches read uniforms by.
+const PER_THREAD: &str = "\
+// Whether branches hide that they depend on uniforms. Mesa's software device compiles a shader again for each dispatch, with
+// the values of the uniforms that alone decide its branches.
+override HIDES_UNIFORMS: bool = false;
+// Returns a uniform's value for a branch. No thread has the index 0xffffffff, which the compiler does not know.
+fn per_thread(value: u32, index: u32) -> u32 {
+    return select(value, 0u, HIDES_UNIFORMS && index == 0xffffffffu);
+}
+";
 
 /// Returns the opcode of a name, such as `OP_COMBINE`.
 pub fn opcode(name: &str) -> Option<u32> {

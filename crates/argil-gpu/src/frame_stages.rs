@@ -11,14 +11,14 @@ pub(crate) const WORK_PER_DISPATCH: u64 = 400_000_000;
 const MAX_GROUPS: u32 = 65_535;
 
 /// The entry points that every mode has, and indices of their pipelines.
-pub(crate) const ALL_MODES: [&str; 5] = ["march", "resolve_hits", "shadow", "shade", "show"];
+const ALL_MODES: [&str; 5] = ["march", "resolve_hits", "shadow", "shade", "show"];
 pub(crate) const MARCH: usize = 0;
 const FINISH: usize = 1;
 const SHADOW: usize = 2;
 const SHADE: usize = 3;
 const SHOW: usize = 4;
 /// Those of modes whose cones go first.
-pub(crate) const WITH_CONES: [&str; 7] = [
+const WITH_CONES: [&str; 7] = [
     "cone",
     "exact_normals",
     "sun_cone",
@@ -35,11 +35,37 @@ const SHADE_PLAIN: usize = 9;
 pub(crate) const SHADE_BLOCKS: usize = 10;
 pub(crate) const DEFERRED: usize = 11;
 
-/// Those of light that only some images have. Their indices follow the last one of the mode, so that without cones they are those of cones.
-pub(crate) const MORE_LIGHT: [&str; 3] = ["lamp_shadow", "light_fog", "bend_normals"];
-/// The index of the first of these.
-pub(crate) fn first_more(way: &TraceMode) -> usize {
+/// Those that show what they hit, of modes with cones and of modes without. They follow the others.
+const SHOWING_WITH_CONES: [&str; 2] = ["cone_and_show", "march_and_show"];
+const SHOWING: [&str; 1] = ["march_and_show"];
+pub(crate) const CONE_AND_SHOW: usize = 12;
+pub(crate) const MARCH_AND_SHOW: usize = 13;
+const MARCH_WITHOUT_CONES: usize = 5;
+
+/// Those of light that only some images have, which are never shown at once. They follow the others too.
+const MORE_LIGHT: [&str; 3] = ["lamp_shadow", "light_fog", "bend_normals"];
+
+/// Returns the index of the first of those that follow.
+fn first_of_others(way: &TraceMode) -> usize {
     ALL_MODES.len() + if way.has_cones { WITH_CONES.len() } else { 0 }
+}
+
+/// Returns the entry points of a mode, by the indices of their pipelines.
+pub(crate) fn entry_points(way: &TraceMode, has_more: bool) -> Vec<&'static str> {
+    let with_cones: &[&str] = if way.has_cones { &WITH_CONES } else { &[] };
+    let others: &[&str] = match way {
+        _ if has_more => &MORE_LIGHT,
+        way if way.has_cones => &SHOWING_WITH_CONES,
+        way if way.marches_at_once() => &SHOWING,
+        _ => &[],
+    };
+    [&ALL_MODES, with_cones, others].concat()
+}
+
+/// Whether a march shows what it hits, because the frame has no light that other passes gather.
+fn is_shown_at_once(way: &TraceMode, key: &FrameKey) -> bool {
+    let has_normals = !way.has_cones || key.normals != argil_abi::NORMALS_FIELD;
+    way.marches_at_once() && has_normals && key.show != argil_abi::MODE_SHADED
 }
 
 /// One dispatch.
@@ -77,6 +103,13 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
         step_count: key.max_steps,
         is_exact: false,
     };
+    if is_shown_at_once(way, key) {
+        let cone = whole("Cones::march", CONE_AND_SHOW);
+        return match way.has_cones {
+            true => vec![cone, whole("Bricks::march", MARCH_AND_SHOW)],
+            false => vec![whole("Trace::march", MARCH_WITHOUT_CONES)],
+        };
+    }
     let mut stages: Vec<Stage> = if way.is_exact {
         exact("Trace::march", MARCH, key.max_steps).collect()
     } else if way.has_cones {
@@ -113,7 +146,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             MARCH | FINISH => way.is_exact,
             EXACT_NORMALS => true,
             SHADOW | SHADE | DEFERRED => true,
-            own => own >= first_more(way) && !way.has_cones,
+            own => own >= first_of_others(way) && !way.has_cones,
         };
         stage.is_exact = asks;
     }
@@ -123,7 +156,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
 /// Returns the dispatches that gather light that only some images have. The first step is a number: of a lamp, or of a light at a place
 /// in fog.
 fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
-    let first = first_more(way);
+    let first = first_of_others(way);
     let lights_in_fog = FOG_PLACES * (2 + key.more.lamps);
     let counts = [
         ("Shade::lamps", key.more.lamps),

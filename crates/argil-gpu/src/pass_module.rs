@@ -5,7 +5,7 @@
 //! create the pipeline of each pass when that one runs first.
 
 use crate::bindings::{Bind, layout};
-use crate::{Gpu, GpuError};
+use crate::{DeviceKind, Gpu, GpuError};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -122,6 +122,11 @@ impl Passes {
             return Ok(pipeline);
         }
         let own = &self.module.entry_points[index];
+        let mut constants = own.constants.clone();
+        let is_software = gpu.info.kind == DeviceKind::Software;
+        if is_software && self.module.source.contains("override HIDES_UNIFORMS:") {
+            constants.push(("HIDES_UNIFORMS", 1.0));
+        }
         let pipeline = gpu.with_error_scope(|| {
             let module = self.shader.get_or_init(|| {
                 let source = self.module.source.as_str().into();
@@ -139,7 +144,7 @@ impl Passes {
                     module,
                     entry_point: Some(own.name),
                     compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: &own.constants,
+                        constants: &constants,
                         ..Default::default()
                     },
                     cache: gpu.pipeline_cache(),

@@ -7,8 +7,8 @@ use crate::frame::FrameBuffers;
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::FramePasses;
 use crate::frame_stages::{
-    ALL_MODES, CONE, DEFERRED, MARCH, MORE_LIGHT, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
-    WITH_CONES, WORK_PER_DISPATCH, band_rows, stages,
+    CONE, CONE_AND_SHOW, DEFERRED, MARCH, MARCH_AND_SHOW, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
+    WORK_PER_DISPATCH, band_rows, entry_points, stages,
 };
 use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
@@ -148,13 +148,7 @@ pub(crate) fn frame_module(field_wgsl: &str, way: &TraceMode, has_more: bool) ->
     binds.extend(way.binds);
     let mut constants = way.constants.to_vec();
     constants.push(("HAS_MORE_LIGHT", f64::from(u8::from(has_more))));
-    let mut entry_points = ALL_MODES.to_vec();
-    if way.has_cones {
-        entry_points.extend(WITH_CONES);
-    }
-    if has_more {
-        entry_points.extend(MORE_LIGHT);
-    }
+    let entry_points = entry_points(way, has_more);
     let label = if has_more { way.more_name } else { way.name };
     PassModule::new(label, &source, binds, &constants, &entry_points)
 }
@@ -303,7 +297,7 @@ impl RenderPasses {
                     work += own * length;
                     let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
                     let groups = match stage.pipeline {
-                        CONE | SUN_CONE if self.way.has_cones => {
+                        CONE | CONE_AND_SHOW | SUN_CONE if self.way.has_cones => {
                             all.steps.push(FrameStep::EmptyBlocks);
                             // A cone's thread has as many pixels as another pass's workgroup.
                             Some(across(GROUP * GROUP))
@@ -314,7 +308,7 @@ impl RenderPasses {
                             all.steps.push(FrameStep::EmptyBlocks);
                             None
                         }
-                        MARCH | DEFERRED | SHADOW_BLOCKS if self.way.has_cones => {
+                        MARCH | MARCH_AND_SHOW | DEFERRED | SHADOW_BLOCKS if self.way.has_cones => {
                             all.steps.push(FrameStep::TakeBlocks);
                             None
                         }

@@ -31,6 +31,13 @@ pub(crate) struct TraceMode {
     pub by_lists: bool,
 }
 
+impl TraceMode {
+    /// Whether a ray's march is one dispatch, which knows the normal.
+    pub(crate) fn marches_at_once(&self) -> bool {
+        !self.is_exact && !self.draws
+    }
+}
+
 /// How paths of light pass through a representation.
 #[derive(Debug)]
 pub(crate) struct PathMode {

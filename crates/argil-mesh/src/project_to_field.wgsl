@@ -36,7 +36,7 @@ fn project_to_field(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
             d = found;
         }
     }
-    if marching.is_moved != 0u {
+    if per_thread(marching.is_moved, at) != 0u {
         let span = spans[at];
         // GPU version of outward.
         let along = abs(n[u32(span.z)]);
@@ -44,7 +44,7 @@ fn project_to_field(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_w
         let k = 6u * at + u32(span.z);
         vertices[k] += marching.first_voxel.w * correction(span.x, span.y, d);
     }
-    if marching.normals != MARCH_FIELD {
+    if per_thread(marching.normals, at) != MARCH_FIELD {
         return;
     }
     let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);

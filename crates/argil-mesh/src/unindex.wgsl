@@ -21,7 +21,7 @@ fn unindex(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         for (var k = 0u; k < 6u; k++) {
             unindexed[out + k] = vertices[begin + k];
         }
-        if marching.normals == MARCH_FACE {
+        if per_thread(marching.normals, at) == MARCH_FACE {
             unindexed[out + 3u] = face.x;
             unindexed[out + 4u] = face.y;
             unindexed[out + 5u] = face.z;

@@ -25,9 +25,7 @@ fn bend_normals(@builtin(global_invocation_id) id: vec3<u32>) {
             let height = max(select(0.3, 1.0, place == 1u) * reach, 1e-20);
             let above = p + direction * height;
             var d = light_distance(above);
-            if frame.has_ground != 0u {
-                d = min(d, above.y - frame.ground_y);
-            }
+            d = select(d, min(d, above.y - frame.ground_y), frame.has_ground != 0u);
             seen = min(seen, clamp(d / (0.5 * height), 0.0, 1.0));
         }
         let weight = seen * select(0.5, 1.0, nth == 5u);

@@ -2,6 +2,15 @@
 
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_pixel(id, false);
+}
+
+@compute @workgroup_size(8, 8)
+fn march_and_show(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_pixel(id, true);
+}
+
+fn march_pixel(id: vec3<u32>, shows: bool) {
     let y = id.y + frame.first_row;
     if id.x >= frame.width || y >= frame.height {
         return;
@@ -43,5 +52,6 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
             break;
         }
     }
-    hits[y * frame.width + id.x] = Hit(vec4(walk.side, 0.0, 0.0, walk.t), kind, steps, 0.0, 0.0, 0u, 0u, 0u, 0u);
+    let hit = Hit(vec4(walk.side, 0.0, 0.0, walk.t), kind, steps, 0.0, 0.0, 0u, 0u, 0u, 0u);
+    end_walk(y * frame.width + id.x, ray, hit, shows);
 }

@@ -70,12 +70,14 @@ pub mod wgsl {
     pub const DENSE: &str = concat!(
         include_str!("field_lighting.wgsl"),
         include_str!("volume.wgsl"),
+        include_str!("end_walk.wgsl"),
         include_str!("dense.wgsl")
     );
     /// Marching through an octree.
     pub const OCTREE: &str = concat!(
         include_str!("field_lighting.wgsl"),
         include_str!("volume.wgsl"),
+        include_str!("end_walk.wgsl"),
         include_str!("octree.wgsl")
     );
     /// Marching through sparse bricks.

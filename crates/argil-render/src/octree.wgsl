@@ -12,7 +12,7 @@ struct Lookup {
 
 fn first_level(code: u32) -> u32 {
     let root = volume.depth - 1u;
-    if frame.descent == DESCENT_ROOT || path_end >= volume.depth {
+    if path_end >= volume.depth || frame.descent == DESCENT_ROOT {
         return root;
     }
     let differing = 32u - countLeadingZeros(code ^ path_code);
@@ -51,6 +51,15 @@ fn find_brick(cell: vec3<u32>) -> Lookup {
 
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_pixel(id, false);
+}
+
+@compute @workgroup_size(8, 8)
+fn march_and_show(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_pixel(id, true);
+}
+
+fn march_pixel(id: vec3<u32>, shows: bool) {
     let y = id.y + frame.first_row;
     if id.x >= frame.width || y >= frame.height {
         return;
@@ -78,7 +87,8 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var cells = 0u;
     var mark = 0u;
     var normal = vec3(0.0);
-    let shows_boxes = frame.mode == MODE_BRICKS || frame.mode == MODE_NODES;
+    let mode = per_thread(frame.mode, id.x);
+    let shows_boxes = mode == MODE_BRICKS || mode == MODE_NODES;
     if span.x <= span.y && span.x > 0.0 && !shows_boxes {
         // A solid that the volume's box clips is hit at the box, with or without a brick.
         steps = 1u;
@@ -135,5 +145,6 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     if mark == 0u {
         normal = vec3(walk.side, 0.0, 0.0);
     }
-    hits[y * frame.width + id.x] = Hit(vec4(normal, walk.t), kind, steps, 0.0, 0.0, descents, cells, mark, 0u);
+    let hit = Hit(vec4(normal, walk.t), kind, steps, 0.0, 0.0, descents, cells, mark, 0u);
+    end_walk(y * frame.width + id.x, ray, hit, shows);
 }

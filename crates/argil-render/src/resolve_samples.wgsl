@@ -14,10 +14,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = id.y * frame.width + id.x;
     let color = colors[at];
-    var shown = color.xyz;
-    if frame.mode == MODE_SHADED {
-        shown = srgb_from_linear(max(shown, vec3(0.0)));
-    }
+    let shown = select(color.xyz, srgb_from_linear(max(color.xyz, vec3(0.0))), frame.mode == MODE_SHADED);
     let bytes = vec3<u32>(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + 0.5);
     let is_hit = select(0u, 1u, color.w >= 0.499);
     pixels[at] = bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (is_hit << 24u);

@@ -19,9 +19,7 @@ fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>, reach: f32) -> f32 {
         // A camera may be on the surface.
         let height = max(tap_height(reach, tap), 1e-20);
         var d = light_distance(p + n * height);
-        if frame.has_ground != 0u {
-            d = min(d, p.y + n.y * height - frame.ground_y);
-        }
+        d = select(d, min(d, p.y + n.y * height - frame.ground_y), frame.has_ground != 0u);
         closed += weight * max(height - d, 0.0) / height;
         weight *= 0.75;
     }
@@ -42,12 +40,12 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * light_lift(hit.normal_t.w), frame.sun);
     let span = box_span(ray);
     var state = vec2(hit.sun_share, hit.sun_t);
-    if frame.first_step == 0u {
+    if per_thread(frame.first_step, at) == 0u {
         // The side away from the sun needs no ray, and a ray that misses the box hits nothing.
         let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
         state.y = select(span.x, -1.0, dark);
     }
-    state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, frame.step_count);
+    state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, per_thread(frame.step_count, at));
     hits[at].sun_share = state.x;
     hits[at].sun_t = state.y;
 }
@@ -106,7 +104,8 @@ fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, material: Gp
     if !HAS_MORE_LIGHT {
         return sum;
     }
-    for (var nth = 0u; nth < frame.lamp_count; nth++) {
+    let lamp_count = per_thread(frame.lamp_count, at);
+    for (var nth = 0u; nth < lamp_count; nth++) {
         let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
         let lamp = lamp_at(nth, p);
         let passed = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
@@ -117,7 +116,7 @@ fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, material: Gp
 
 // Returns light with that of the fog in front of it.
 fn through_fog(at: u32, light: vec3<f32>) -> vec3<f32> {
-    if !HAS_MORE_LIGHT || frame.fog_density <= 0.0 {
+    if !HAS_MORE_LIGHT || per_thread(u32(frame.fog_density > 0.0), at) == 0u {
         return light;
     }
     let found = colors[layer_at(FOG_LAYER, at)];
@@ -208,7 +207,7 @@ fn shaded(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> ve
     let low = frame.box_min - reach;
     let high = frame.box_max + reach;
     var open = vec4(n, 1.0);
-    if HAS_MORE_LIGHT && frame.has_bent_normals != 0u {
+    if HAS_MORE_LIGHT && per_thread(frame.has_bent_normals, at) != 0u {
         open = colors[layer_at(BENT_LAYER, at)];
     } else if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
         open.w = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
@@ -250,9 +249,13 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    show_hit(at, hits[at]);
+}
+
+// Adds what a render mode without lighting shows.
+fn show_hit(at: u32, hit: Hit) {
     var color = vec3(0.0);
-    switch frame.mode {
+    switch per_thread(frame.mode, at) {
         case MODE_NORMAL: {
             if hit.kind != HIT_NONE {
                 color = hit.normal_t.xyz * 0.5 + 0.5;

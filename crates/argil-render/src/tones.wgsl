@@ -32,7 +32,7 @@ fn tone_map(light: vec3<f32>) -> vec3<f32> {
     if !HAS_MORE_LIGHT {
         return aces(c);
     }
-    switch frame.tone {
+    switch per_thread(frame.tone, bitcast<u32>(c.x)) {
         case TONE_ACES: { return aces(c); }
         case TONE_AGX: { return agx(c); }
         default: { return clamp(c, vec3(0.0), vec3(1.0)); }

@@ -17,7 +17,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = primary_ray(id.x, y);
     let span = box_span(ray);
     var hit = Hit(vec4(0.0, 0.0, 0.0, span.x), select(HIT_NONE, HIT_PENDING, span.x <= span.y), 0u, 0.0, 0.0, 0u, 0u, 0u, 0u);
-    if frame.first_step > 0u {
+    if per_thread(frame.first_step, at) > 0u {
         hit = hits[at];
     }
     var side = hit.normal_t.x;
@@ -27,7 +27,8 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     var t = hit.normal_t.w;
     var steps = hit.steps;
     var kind = hit.kind;
-    for (var i = 0u; i < frame.step_count; i++) {
+    let step_count = per_thread(frame.step_count, at);
+    for (var i = 0u; i < step_count; i++) {
         if kind != HIT_PENDING {
             break;
         }

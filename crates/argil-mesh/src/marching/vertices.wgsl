@@ -74,10 +74,10 @@ fn write_vertex(at: u32, unit: u32, place: vec3<u32>, axis: u32) {
     voxels[axis] += t;
     let position = marching.first_voxel.xyz + marching.first_voxel.w * voxels;
     var normal = vec3(0.0);
-    if marching.normals == MARCH_GRADIENT {
+    if per_thread(marching.normals, at) == MARCH_GRADIENT {
         normal = unit_vector(mix(stored_gradient(unit, place), stored_gradient(unit, after), t));
     }
-    if marching.is_moved != 0u {
+    if per_thread(marching.is_moved, at) != 0u {
         spans[at] = vec4(a * marching.quantum, b * marching.quantum, f32(axis), 0.0);
     }
     vertices[6u * at] = position.x;

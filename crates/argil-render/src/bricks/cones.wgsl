@@ -11,6 +11,15 @@ fn cone_place(x: u32, y: u32) -> u32 {
 
 @compute @workgroup_size(8, 8)
 fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_cone(id, false);
+}
+
+@compute @workgroup_size(8, 8)
+fn cone_and_show(@builtin(global_invocation_id) id: vec3<u32>) {
+    march_cone(id, true);
+}
+
+fn march_cone(id: vec3<u32>, shows: bool) {
     let x = id.x * CONE_SIDE;
     let y = frame.first_row + id.y * CONE_SIDE;
     if x >= frame.width || y >= frame.height {
@@ -77,7 +86,8 @@ fn cone(@builtin(global_invocation_id) id: vec3<u32>) {
         let py = y + i / CONE_SIDE;
         if px < frame.width && py < frame.height {
             let own_steps = select(0u, steps, i == 0u);
-            hits[py * frame.width + px] = Hit(vec4(0.0), HIT_NONE, own_steps, 1.0, 0.0, 0u, 0u, 0u, 0u);
+            let hit = Hit(vec4(0.0), HIT_NONE, own_steps, 1.0, 0.0, 0u, 0u, 0u, 0u);
+            end_march(py * frame.width + px, primary_ray(px, py), hit, vec3(0.0), shows);
         }
     }
 }

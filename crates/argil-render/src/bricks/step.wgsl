@@ -3,7 +3,16 @@
 // One block of pixels per group: a block that its cone did not rule out.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let block_place = live.blocks[group.x].place;
+    march_pixel(group.x, local, false);
+}
+
+@compute @workgroup_size(8, 8)
+fn march_and_show(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    march_pixel(group.x, local, true);
+}
+
+fn march_pixel(group: u32, local: vec3<u32>, shows: bool) {
+    let block_place = live.blocks[group].place;
     let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
     let x = block_place % blocks_across * CONE_SIDE + local.x;
     let y = block_place / blocks_across * CONE_SIDE + local.y;
@@ -21,5 +30,5 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         hit.normal_t = vec4(walked_normal(ray, walk), walk.t);
         hit.id = walk.last_index + 1u;
     }
-    hits[at_pixel] = hit;
+    end_march(at_pixel, ray, hit, hit.normal_t.xyz, shows);
 }

@@ -56,7 +56,7 @@ fn change_along(at: CellLocations, axis: u32) -> f32 {
     // Within a voxel, the difference along the axis is constant.
     var low = -0.5;
     var high = 0.5;
-    if frame.normals != NORMALS_SMOOTH {
+    if per_thread(frame.normals, at.word) != NORMALS_SMOOTH {
         var inner = at.inner;
         let begin = min(floor(inner[axis]), f32(volume.brick_size_voxels) - 1.0);
         low = begin - inner[axis];

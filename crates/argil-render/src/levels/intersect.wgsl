@@ -57,7 +57,7 @@ fn change_along(found: LevelCell, axis: u32) -> f32 {
     // Within a voxel, the difference along the axis is constant.
     var low = -0.5;
     var high = 0.5;
-    if frame.normals != NORMALS_SMOOTH {
+    if per_thread(frame.normals, found.cell) != NORMALS_SMOOTH {
         let inner = found.inner[axis];
         let begin = min(floor(inner), 7.0);
         low = begin - inner;

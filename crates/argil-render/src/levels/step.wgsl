@@ -10,7 +10,16 @@ fn dither(pixel: u32) -> f32 {
 // One block of pixels per group: a block that its cone did not rule out.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let block_place = live.blocks[group.x].place;
+    march_pixel(group.x, local, false);
+}
+
+@compute @workgroup_size(8, 8)
+fn march_and_show(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    march_pixel(group.x, local, true);
+}
+
+fn march_pixel(group: u32, local: vec3<u32>, shows: bool) {
+    let block_place = live.blocks[group].place;
     let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
     let x = block_place % blocks_across * CONE_SIDE + local.x;
     let y = block_place / blocks_across * CONE_SIDE + local.y;
@@ -111,13 +120,15 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) 
         t = 0.0;
     }
     var seen = last_cell + 1u;
-    if frame.mode == MODE_LEVELS {
+    let mode = per_thread(frame.mode, at_pixel);
+    if mode == MODE_LEVELS {
         seen = 1u + hit_level + select(0u, LEVEL_MISSING, hit_gap > 0.0);
     }
-    if frame.mode == MODE_BRICKS && kind != HIT_NONE {
+    if mode == MODE_BRICKS && kind != HIT_NONE {
         let origin = bitcast<vec3<u32>>(page_origin(last_cell / 8u)) * vec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
         seen = (origin.x ^ origin.y ^ origin.z ^ ((8u * hit_level + (last_cell & 7u)) * 0x9e3779b9u)) | 1u;
     }
     seen = select(seen, 0u, kind == HIT_NONE);
-    hits[at_pixel] = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
+    let hit = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
+    end_march(at_pixel, ray, hit, normal, shows);
 }

@@ -23,10 +23,7 @@ fn fog_depth(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
 }
 
 fn fog_transmitted(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> f32 {
-    if frame.fog_density <= 0.0 {
-        return 1.0;
-    }
-    return exp(-fog_depth(origin, direction, length));
+    return select(1.0, exp(-fog_depth(origin, direction, length)), frame.fog_density > 0.0);
 }
 
 // Returns the length after which a ray has an optical depth, or UNLIMITED if it never has.

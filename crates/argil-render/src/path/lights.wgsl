@@ -1,5 +1,9 @@
 // GPU version of lights.rs.
 
+fn light_count() -> u32 {
+    return per_thread(paths.light_count, way.index);
+}
+
 fn light_kind(nth: u32) -> u32 {
     return u32(light_row(nth, 0u).w);
 }
@@ -15,7 +19,7 @@ fn light_importance(nth: u32, p: vec3<f32>) -> f32 {
 
 fn all_importance(p: vec3<f32>) -> f32 {
     var all = 0.0;
-    for (var nth = 0u; nth < paths.light_count; nth++) {
+    for (var nth = 0u; nth < light_count(); nth++) {
         all += light_importance(nth, p);
     }
     return all;
@@ -23,7 +27,7 @@ fn all_importance(p: vec3<f32>) -> f32 {
 
 // Returns the chance with which a light is chosen. `all` is the importance of all lights.
 fn light_chance(nth: u32, p: vec3<f32>, all: f32) -> f32 {
-    if paths.light_count == 1u {
+    if light_count() == 1u {
         return 1.0;
     }
     return light_importance(nth, p) / max(all, 1e-30);
@@ -40,7 +44,7 @@ fn power_share(own: f32, other: f32) -> f32 {
 
 // Returns what is behind everything, without the lights.
 fn path_background(direction: vec3<f32>) -> vec3<f32> {
-    switch paths.background {
+    switch per_thread(paths.background, way.index) {
         case BACKGROUND_SKY: { return sky(direction); }
         case BACKGROUND_EVEN: { return paths.even; }
         default: { return environment_radiance(direction); }
@@ -52,7 +56,7 @@ fn lights_behind(origin: vec3<f32>, direction: vec3<f32>, density: f32) -> vec3<
     var behind = path_background(direction);
     var suns = vec3(0.0);
     let all = all_importance(origin);
-    for (var nth = 0u; nth < paths.light_count; nth++) {
+    for (var nth = 0u; nth < light_count(); nth++) {
         let kind = light_kind(nth);
         if kind == LIGHT_SUN && dot(direction, light_row(nth, 0u).xyz) >= light_row(nth, 2u).x {
             let light = light_row(nth, 1u);
@@ -68,7 +72,7 @@ fn lights_behind(origin: vec3<f32>, direction: vec3<f32>, density: f32) -> vec3<
 fn lights_passed(origin: vec3<f32>, direction: vec3<f32>, distance: f32, density: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     var all = -1.0;
-    for (var nth = 0u; nth < paths.light_count; nth++) {
+    for (var nth = 0u; nth < light_count(); nth++) {
         let kind = light_kind(nth);
         var point = no_emitter();
         if kind == LIGHT_SPHERE {
@@ -88,15 +92,15 @@ fn lights_passed(origin: vec3<f32>, direction: vec3<f32>, distance: f32, density
 
 // A point of a light. Its radiance is divided by the density.
 fn light_sample(p: vec3<f32>, which: f32, point: vec2<f32>) -> EmitterPoint {
-    if paths.light_count == 0u {
+    if light_count() == 0u {
         return no_emitter();
     }
     let all = all_importance(p);
     var nth = 0u;
-    if paths.light_count > 1u {
+    if light_count() > 1u {
         var left = which * all;
-        var last = paths.light_count;
-        for (var i = 0u; i < paths.light_count; i++) {
+        var last = light_count();
+        for (var i = 0u; i < light_count(); i++) {
             let own = light_importance(i, p);
             if own <= 0.0 {
                 continue;
@@ -107,7 +111,7 @@ fn light_sample(p: vec3<f32>, which: f32, point: vec2<f32>) -> EmitterPoint {
                 break;
             }
         }
-        if last == paths.light_count {
+        if last == light_count() {
             return no_emitter();
         }
         nth = last;

@@ -49,7 +49,8 @@ fn march_paths(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var phase = states[nth].phase;
-    for (var step = 0u; step < paths.step_count; step++) {
+    let step_count = per_thread(paths.step_count, nth);
+    for (var step = 0u; step < step_count; step++) {
         if phase != PATH_SHADOW && phase != PATH_RAY {
             break;
         }

@@ -22,7 +22,7 @@ fn begin_path(pixel: u32, done: u32) {
     let place = vec2(f32(pixel % frame.width), f32(pixel / frame.width)) + random_pair();
     way.direction = path_direction(place);
     let on_lens = random_pair();
-    if paths.lens_radius > 0.0 {
+    if per_thread(u32(paths.lens_radius > 0.0), pixel) != 0u {
         let sharp = frame.eye + way.direction * (paths.lens_focus / max(dot(way.direction, frame.forward), 1e-4));
         let turn = TAU * on_lens.y;
         let aside = direction_or_zero(frame.right) * cos(turn) + direction_or_zero(frame.up) * sin(turn);
@@ -51,7 +51,7 @@ fn turn() -> bool {
     let hit = surface_met();
     var reach = select(UNLIMITED, hit.distance, hit.is_there);
     var length = UNLIMITED;
-    if frame.fog_density > 0.0 && way.is_inside == 0u {
+    if way.is_inside == 0u && frame.fog_density > 0.0 {
         length = fog_length(way.origin, way.direction, -log(1.0 - random_one()));
     }
     let is_in_fog = length < min(reach, frame.far);

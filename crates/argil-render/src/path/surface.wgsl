@@ -28,11 +28,11 @@ fn scene_normal(p: vec3<f32>) -> vec3<f32> {
 // Evaluates the properties of the material at a point, those besides `material` if there are any, and how heights turn the normal.
 fn set_materials(hit: ptr<function, PathSurface>, p: vec3<f32>) {
     let axes = axes_of((*hit).normal);
-    let has_bumps = paths.bump_step > 0.0 && any((*hit).normal != vec3(0.0));
+    let has_bumps = any((*hit).normal != vec3(0.0)) && paths.bump_step > 0.0;
     var count = 1u;
-    if paths.extras_at > 0u {
+    if per_thread(paths.extras_at, way.index) > 0u {
         count = select(2u, 4u, has_bumps);
-    } else if paths.is_stored != 0u && is_stored_material(p, (*hit).normal) {
+    } else if per_thread(paths.is_stored, way.index) != 0u && is_stored_material(p, (*hit).normal) {
         (*hit).material = field_material;
         count = 0u;
     }

@@ -23,7 +23,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
     let first = first_cell(index / 64u);
     let cell = first + inner_cell(local);
     let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
-    if volume.is_clipped != 0u && (any(cell < low_cell()) || any(cell >= high_cell())) {
+    if (any(cell < low_cell()) || any(cell >= high_cell())) && volume.is_clipped != 0u {
         cells[at] = empty_word(0.0);
         return;
     }
@@ -44,7 +44,7 @@ fn measure(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count:
         }
         return;
     }
-    if prune.build_mode == BUILD_COUNT_ONLY {
+    if per_thread(prune.build_mode, nth) == BUILD_COUNT_ONLY {
         // Any sampled brick can become a mixed one.
         if is_near {
             atomicAdd(&counters[COUNTER_MIXED], 1u);
