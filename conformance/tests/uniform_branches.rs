@@ -99,10 +99,12 @@ fn no_branch_depends_on_uniforms_alone() {
     let program = Program::lower(&scene).expect("a program");
     let modules = argil_gpu::hardware_modules(&program);
     assert!(modules.len() > 30);
-    for module in modules {
-        let found = found_in(&module.source);
-        assert_eq!(found, [""; 0], "{}: use `per_thread`", module.name);
-    }
+    let all = modules.iter().flat_map(|module| {
+        let found = found_in(&module.source).into_iter();
+        found.map(|function| format!("{}: {function}", module.name))
+    });
+    let all: Vec<String> = all.collect();
+    assert_eq!(all, [""; 0], "use `per_thread`");
 }
 
 #[test]

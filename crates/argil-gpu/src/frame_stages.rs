@@ -12,7 +12,7 @@ const MAX_GROUPS: u32 = 65_535;
 
 /// The entry points that every mode has, and indices of their pipelines.
 const ALL_MODES: [&str; 5] = ["march", "resolve_hits", "shadow", "shade", "show"];
-pub(crate) const MARCH: usize = 0;
+const MARCH: usize = 0;
 const FINISH: usize = 1;
 const SHADOW: usize = 2;
 const SHADE: usize = 3;
@@ -27,19 +27,19 @@ const WITH_CONES: [&str; 7] = [
     "shade_blocks",
     "shade_deferred",
 ];
-pub(crate) const CONE: usize = 5;
+const CONE: usize = 5;
 const EXACT_NORMALS: usize = 6;
-pub(crate) const SUN_CONE: usize = 7;
-pub(crate) const SHADOW_BLOCKS: usize = 8;
+const SUN_CONE: usize = 7;
+const SHADOW_BLOCKS: usize = 8;
 const SHADE_PLAIN: usize = 9;
-pub(crate) const SHADE_BLOCKS: usize = 10;
-pub(crate) const DEFERRED: usize = 11;
+const SHADE_BLOCKS: usize = 10;
+const DEFERRED: usize = 11;
 
 /// Those that show what they hit, of modes with cones and of modes without. They follow the others.
 const SHOWING_WITH_CONES: [&str; 2] = ["cone_and_show", "march_and_show"];
 const SHOWING: [&str; 1] = ["march_and_show"];
-pub(crate) const CONE_AND_SHOW: usize = 12;
-pub(crate) const MARCH_AND_SHOW: usize = 13;
+const CONE_AND_SHOW: usize = 12;
+const MARCH_AND_SHOW: usize = 13;
 const MARCH_WITHOUT_CONES: usize = 5;
 
 /// Those of light that only some images have, which are never shown at once. They follow the others too.
@@ -68,6 +68,19 @@ fn is_shown_at_once(way: &TraceMode, key: &FrameKey) -> bool {
     way.marches_at_once() && has_normals && key.show != argil_abi::MODE_SHADED
 }
 
+/// What the threads of a dispatch have.
+#[derive(Clone, Copy)]
+pub(crate) enum Threads {
+    /// A pixel each.
+    Pixels,
+    /// A cone each, which lists its block of pixels or not.
+    Cones,
+    /// A pixel each of the listed blocks.
+    ListedBlocks,
+    /// The same, and they list what is left.
+    ListedBlocksOnce,
+}
+
 /// One dispatch.
 pub(crate) struct Stage {
     pub label: &'static str,
@@ -75,6 +88,7 @@ pub(crate) struct Stage {
     pub pipeline: usize,
     pub first_step: u32,
     pub step_count: u32,
+    pub threads: Threads,
     /// Whether it evaluates the field.
     pub is_exact: bool,
 }
@@ -92,6 +106,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
                 pipeline,
                 first_step,
                 step_count: budget.min(steps - first_step),
+                threads: Threads::Pixels,
                 is_exact: true,
             })
     };
@@ -101,14 +116,18 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
         pipeline,
         first_step: 0,
         step_count: key.max_steps,
+        threads: Threads::Pixels,
         is_exact: false,
     };
     if is_shown_at_once(way, key) {
-        let cone = whole("Cones::march", CONE_AND_SHOW);
-        return match way.has_cones {
-            true => vec![cone, whole("Bricks::march", MARCH_AND_SHOW)],
-            false => vec![whole("Trace::march", MARCH_WITHOUT_CONES)],
-        };
+        if !way.has_cones {
+            return vec![whole("Trace::march", MARCH_WITHOUT_CONES)];
+        }
+        let mut cone = whole("Cones::march", CONE_AND_SHOW);
+        cone.threads = Threads::Cones;
+        let mut march = whole("Bricks::march", MARCH_AND_SHOW);
+        march.threads = Threads::ListedBlocks;
+        return vec![cone, march];
     }
     let mut stages: Vec<Stage> = if way.is_exact {
         exact("Trace::march", MARCH, key.max_steps).collect()
@@ -149,6 +168,12 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             own => own >= first_of_others(way) && !way.has_cones,
         };
         stage.is_exact = asks;
+        stage.threads = match stage.pipeline {
+            CONE | SUN_CONE if way.has_cones => Threads::Cones,
+            MARCH | DEFERRED | SHADOW_BLOCKS if way.has_cones => Threads::ListedBlocks,
+            SHADE_BLOCKS if way.has_cones => Threads::ListedBlocksOnce,
+            _ => Threads::Pixels,
+        };
     }
     stages
 }
@@ -170,6 +195,7 @@ fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
             pipeline: first + nth,
             first_step,
             step_count: 1,
+            threads: Threads::Pixels,
             is_exact: true,
         })
     })

@@ -6,10 +6,7 @@ use crate::bindings::{
 use crate::frame::FrameBuffers;
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::FramePasses;
-use crate::frame_stages::{
-    CONE, CONE_AND_SHOW, DEFERRED, MARCH, MARCH_AND_SHOW, SHADE_BLOCKS, SHADOW_BLOCKS, SUN_CONE,
-    WORK_PER_DISPATCH, band_rows, entry_points, stages,
-};
+use crate::frame_stages::{Threads, WORK_PER_DISPATCH, band_rows, entry_points, stages};
 use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
 use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
@@ -296,23 +293,23 @@ impl RenderPasses {
                     }
                     work += own * length;
                     let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
-                    let groups = match stage.pipeline {
-                        CONE | CONE_AND_SHOW | SUN_CONE if self.way.has_cones => {
+                    let groups = match stage.threads {
+                        Threads::Pixels => Some(across(GROUP)),
+                        Threads::Cones => {
                             all.steps.push(FrameStep::EmptyBlocks);
                             // A cone's thread has as many pixels as another pass's workgroup.
                             Some(across(GROUP * GROUP))
                         }
-                        SHADE_BLOCKS => {
+                        Threads::ListedBlocks => {
+                            all.steps.push(FrameStep::TakeBlocks);
+                            None
+                        }
+                        Threads::ListedBlocksOnce => {
                             // The pass itself lists pixels, from none on.
                             all.steps.push(FrameStep::TakeBlocks);
                             all.steps.push(FrameStep::EmptyBlocks);
                             None
                         }
-                        MARCH | MARCH_AND_SHOW | DEFERRED | SHADOW_BLOCKS if self.way.has_cones => {
-                            all.steps.push(FrameStep::TakeBlocks);
-                            None
-                        }
-                        _ => Some(across(GROUP)),
                     };
                     all.steps.push(FrameStep::Pass {
                         label: stage.label,

@@ -10,7 +10,7 @@ fn sky(direction: vec3<f32>) -> vec3<f32> {
     let above = mix(frame.horizon, frame.zenith, sqrt(max(up, 0.0)));
     let below = mix(frame.horizon, frame.nadir, clamp(-up * 4.0, 0.0, 1.0));
     let base = select(below, above, up >= 0.0);
-    let below_horizon = select(base, frame.horizon, frame.has_ground != 0u && up < 0.0);
+    let below_horizon = select(base, frame.horizon, up < 0.0 && frame.has_ground != 0u);
     let glow = max(dot(direction, frame.sun), 0.0);
     let glow2 = glow * glow;
     let glow8 = glow2 * glow2 * glow2 * glow2;

@@ -22,7 +22,7 @@ fn note_first(albedo: vec3<f32>, normal: vec3<f32>, hit: PathSurface) {
 fn look_for(origin: vec3<f32>, point: EmitterPoint, arrives: vec3<f32>) {
     let reach = min(frame.far, point.distance);
     let down = (frame.ground_y - origin.y) / point.direction.y;
-    let is_under = frame.has_ground != 0u && point.direction.y < 0.0 && down > 0.0 && down < reach;
+    let is_under = point.direction.y < 0.0 && down > 0.0 && down < reach && frame.has_ground != 0u;
     let brightest = max(arrives.x, max(arrives.y, arrives.z));
     if is_under || !(brightest > 0.0) {
         return;

@@ -65,7 +65,7 @@ fn set_materials(hit: ptr<function, PathSurface>, p: vec3<f32>) {
 // Returns the distance to the ground along a ray that begins outside of glass, or UNLIMITED.
 fn ground_distance(origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let down = (frame.ground_y - origin.y) / direction.y;
-    let is_seen = frame.has_ground != 0u && direction.y <= -1e-6 && down > 0.0 && down < frame.far;
+    let is_seen = direction.y <= -1e-6 && down > 0.0 && down < frame.far && frame.has_ground != 0u;
     return select(UNLIMITED, down, is_seen);
 }
 
