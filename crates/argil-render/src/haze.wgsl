@@ -32,7 +32,7 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     let length = min(fog_length(ray.origin, ray.direction, depth), reach);
     let p = ray.origin + ray.direction * length;
     var lamp = LampLight(frame.sun, UNLIMITED, frame.sun_light * (0.5 * PI), SHADOW_SHARPNESS);
-    let nth = frame.first_step % lights;
+    let nth = per_thread(frame.first_step % lights, at);
     let is_sky = nth == 1u;
     if is_sky {
         let mean = frame.zenith / 3.0 + frame.horizon * (11.0 / 48.0) + frame.nadir * (7.0 / 16.0);

@@ -4,7 +4,7 @@
 fn fog_scattered(forward: vec3<f32>, point: vec2<f32>) -> vec4<f32> {
     let g = frame.fog_anisotropy;
     var cosine = 1.0 - 2.0 * point.x;
-    if abs(g) >= 1e-3 {
+    if per_thread(u32(abs(g) >= 1e-3), way.index) != 0u {
         let share = (1.0 - g * g) / (1.0 - g + 2.0 * g * point.x);
         cosine = clamp((1.0 + g * g - share * share) / (2.0 * g), -1.0, 1.0);
     }
