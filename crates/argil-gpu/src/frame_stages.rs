@@ -111,30 +111,33 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             })
     };
     // Evaluates nothing, so it is one dispatch.
-    let whole = |label, pipeline| Stage {
+    let whole = |label, pipeline, threads| Stage {
         label,
         pipeline,
         first_step: 0,
         step_count: key.max_steps,
-        threads: Threads::Pixels,
+        threads,
         is_exact: false,
     };
+    let blocks = Threads::ListedBlocks;
     if is_shown_at_once(way, key) {
-        if !way.has_cones {
-            return vec![whole("Trace::march", MARCH_WITHOUT_CONES)];
-        }
-        let mut cone = whole("Cones::march", CONE_AND_SHOW);
-        cone.threads = Threads::Cones;
-        let mut march = whole("Bricks::march", MARCH_AND_SHOW);
-        march.threads = Threads::ListedBlocks;
-        return vec![cone, march];
+        return match way.has_cones {
+            true => vec![
+                whole("Cones::march", CONE_AND_SHOW, Threads::Cones),
+                whole("Bricks::march", MARCH_AND_SHOW, blocks),
+            ],
+            false => vec![whole("Trace::march", MARCH_WITHOUT_CONES, Threads::Pixels)],
+        };
     }
     let mut stages: Vec<Stage> = if way.is_exact {
         exact("Trace::march", MARCH, key.max_steps).collect()
     } else if way.has_cones {
-        vec![whole("Cones::march", CONE), whole("Bricks::march", MARCH)]
+        vec![
+            whole("Cones::march", CONE, Threads::Cones),
+            whole("Bricks::march", MARCH, blocks),
+        ]
     } else {
-        vec![whole("Trace::march", MARCH)]
+        vec![whole("Trace::march", MARCH, Threads::Pixels)]
     };
     // Bricks have their normals already.
     if !way.has_cones || key.has_ground {
@@ -147,11 +150,15 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
     if key.show == argil_abi::MODE_SHADED {
         let steps = argil_render::SHADOW_STEPS;
         if way.has_cones {
-            stages.push(whole("Shade::sun_cones", SUN_CONE));
-            stages.push(whole("Shade::shadow", SHADOW_BLOCKS));
-            stages.push(whole("Shade::plain", SHADE_PLAIN));
-            stages.push(whole("Shade::light", SHADE_BLOCKS));
-            stages.push(whole("Shade::deferred", DEFERRED));
+            stages.push(whole("Shade::sun_cones", SUN_CONE, Threads::Cones));
+            stages.push(whole("Shade::shadow", SHADOW_BLOCKS, blocks));
+            stages.push(whole("Shade::plain", SHADE_PLAIN, Threads::Pixels));
+            stages.push(whole(
+                "Shade::light",
+                SHADE_BLOCKS,
+                Threads::ListedBlocksOnce,
+            ));
+            stages.push(whole("Shade::deferred", DEFERRED, blocks));
         } else {
             stages.extend(exact("Shade::shadow", SHADOW, steps));
             stages.extend(exact("Shade::light", SHADE, 1));
@@ -168,12 +175,6 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             own => own >= first_of_others(way) && !way.has_cones,
         };
         stage.is_exact = asks;
-        stage.threads = match stage.pipeline {
-            CONE | SUN_CONE if way.has_cones => Threads::Cones,
-            MARCH | DEFERRED | SHADOW_BLOCKS if way.has_cones => Threads::ListedBlocks,
-            SHADE_BLOCKS if way.has_cones => Threads::ListedBlocksOnce,
-            _ => Threads::Pixels,
-        };
     }
     stages
 }
