@@ -82,14 +82,18 @@ fn uniform_branches(module: &Module, function: &Function, block: &Block) -> usiz
 }
 
 /// Returns the functions of a source that have such branches.
-fn found_in(source: &str) -> Vec<String> {
+fn branching_functions(source: &str) -> Vec<String> {
     let module = naga::front::wgsl::parse_str(source).expect("valid WGSL");
-    let entry_points = module.entry_points.iter().map(|own| &own.function);
+    let entry_points = module
+        .entry_points
+        .iter()
+        .map(|entry_point| &entry_point.function);
     let functions = module.functions.iter().map(|(_, function)| function);
     let all = functions.chain(entry_points);
-    let with_branches = all.filter(|own| uniform_branches(&module, own, &own.body) > 0);
+    let with_branches =
+        all.filter(|function| uniform_branches(&module, function, &function.body) > 0);
     with_branches
-        .map(|own| own.name.clone().unwrap_or_default())
+        .map(|function| function.name.clone().unwrap_or_default())
         .collect()
 }
 
@@ -100,8 +104,8 @@ fn no_branch_depends_on_uniforms_alone() {
     let modules = argil_gpu::hardware_modules(&program);
     assert!(modules.len() > 30);
     let all = modules.iter().flat_map(|module| {
-        let found = found_in(&module.source).into_iter();
-        found.map(|function| format!("{}: {function}", module.name))
+        let functions = branching_functions(&module.source).into_iter();
+        functions.map(|function| format!("{}: {function}", module.name))
     });
     let all: Vec<String> = all.collect();
     assert_eq!(all, [""; 0], "use `per_thread`");
@@ -132,6 +136,6 @@ fn branches_on_uniforms_are_found() {
         ),
     ] {
         let source = format!("{common} fn f(x: u32) -> u32 {{ {body} return 0u; }}");
-        assert_eq!(found_in(&source).len(), count, "{body}");
+        assert_eq!(branching_functions(&source).len(), count, "{body}");
     }
 }

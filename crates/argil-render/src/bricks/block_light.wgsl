@@ -10,13 +10,6 @@ fn sun_share_of(hit: Hit, x: u32, y: u32) -> f32 {
     return select(share, 0.0, begin == ALL_DARK && span.x <= span.y);
 }
 
-// Returns the pixel of a thread in a listed block.
-fn listed_pixel(group: u32, local: vec3<u32>) -> vec2<u32> {
-    let place = live.blocks[group].place;
-    let across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
-    return vec2(place % across, place / across) * CONE_SIDE + local.xy;
-}
-
 // Marches the rays of the listed blocks.
 @compute @workgroup_size(8, 8)
 fn shadow_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {

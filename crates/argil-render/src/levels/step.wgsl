@@ -7,29 +7,11 @@ fn dither(pixel: u32) -> f32 {
     return 1.0 + LEVEL_DITHER * (f32(hash >> 8u) * (1.0 / 16777216.0) - 0.5);
 }
 
-// One block of pixels per group: a block that its cone did not rule out.
-@compute @workgroup_size(8, 8)
-fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    march_pixel(group.x, local, false);
-}
-
-@compute @workgroup_size(8, 8)
-fn march_and_show(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    march_pixel(group.x, local, true);
-}
-
-fn march_pixel(group: u32, local: vec3<u32>, shows: bool) {
-    let block_place = live.blocks[group].place;
-    let blocks_across = (frame.width + CONE_SIDE - 1u) / CONE_SIDE;
-    let x = block_place % blocks_across * CONE_SIDE + local.x;
-    let y = block_place / blocks_across * CONE_SIDE + local.y;
-    if x >= frame.width || y >= frame.height {
-        return;
-    }
+// Marches a pixel of a block. `cone_steps` are those of the block's cone, which one of its pixels has.
+fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
     let at_pixel = y * frame.width + x;
     let ray = primary_ray(x, y);
     let span = box_span(ray);
-    let own_steps = select(0u, live.blocks[block_place].steps, local.x == 0u && local.y == 0u);
     let scale = frame.inv_lipschitz;
     // Positions are relative to the eye, where coordinates are most precise.
     let begin = select(vec3(0.0), ray.origin - frame.eye, PARALLEL_RAYS);
@@ -129,6 +111,6 @@ fn march_pixel(group: u32, local: vec3<u32>, shows: bool) {
         seen = (origin.x ^ origin.y ^ origin.z ^ ((8u * hit_level + (last_cell & 7u)) * 0x9e3779b9u)) | 1u;
     }
     seen = select(seen, 0u, kind == HIT_NONE);
-    let hit = Hit(vec4(normal, t), kind, samples + lookups + own_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
+    let hit = Hit(vec4(normal, t), kind, samples + lookups + cone_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
     end_march(at_pixel, ray, hit, normal, shows);
 }
