@@ -2,24 +2,10 @@
 import assert from "node:assert/strict";
 import { createReadStream, mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { chromium } from "playwright-core";
+import { launch } from "./browser.mjs";
 
 const [url, executablePath, pictures, world] = process.argv.slice(2);
-const software = [
-  "--no-sandbox",
-  "--enable-unsafe-webgpu",
-  "--use-webgpu-adapter=swiftshader",
-  "--enable-features=Vulkan",
-  "--use-vulkan=swiftshader",
-  "--use-angle=swiftshader",
-  "--ignore-gpu-blocklist",
-  "--disable-quic",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--disable-component-update",
-  "--disable-sync",
-];
-const browser = await chromium.launch({ executablePath, args: software });
+const browser = await launch(executablePath);
 const context = await browser.newContext({ viewport: { width: 960, height: 640 }, acceptDownloads: true });
 // A machine without a GPU, with other work, takes its time.
 context.setDefaultTimeout(180_000);

@@ -19,6 +19,7 @@ fn main() -> anyhow::Result<()> {
     match arguments[..] {
         ["web"] => web::build(&web::RELEASED),
         ["web", "test"] => {
+            web_test::check_shaders()?;
             web::build(&web::TESTED)?;
             web_test::test()
         }

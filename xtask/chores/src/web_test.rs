@@ -2,8 +2,10 @@
 
 use crate::web;
 use anyhow::{Context, bail};
+use argil::gpu::hardware_modules;
 use argil::math::Control;
 use argil::scene::Scene;
+use argil_field::Program;
 use argil_world::{PlanOptions, Shard, Store, StoredWorld, TileCacheOptions, WorldPlan};
 use std::path::{Path, PathBuf};
 use xtask::apt::{CHROMIUM, NODE, install, quietly};
@@ -17,11 +19,28 @@ const BROWSERS: [&str; 4] = [
     "google-chrome-stable",
 ];
 
+/// Compiles all shaders in Chromium, whose compiler refuses some WGSL that naga accepts.
+pub(crate) fn check_shaders() -> anyhow::Result<()> {
+    let browser = ensure_browser()?;
+    ensure_node()?;
+    let folder = page_folder()?;
+    let program = Program::lower(&argil_conformance::universal())?;
+    let modules: Vec<_> = hardware_modules(&program)
+        .into_iter()
+        .map(|module| serde_json::json!({ "name": module.name, "source": module.source }))
+        .collect();
+    let path = folder.join("shaders.json");
+    std::fs::write(&path, serde_json::to_vec(&modules)?)
+        .with_context(|| path.display().to_string())?;
+    let script = folder.join("shaders.mjs").display().to_string();
+    run("node", &[&script, &browser, &path.display().to_string()])
+}
+
 /// Clicks, drags and types on the built page. Screenshots go to `target/page-test`.
 pub(crate) fn test() -> anyhow::Result<()> {
     let browser = ensure_browser()?;
     ensure_node()?;
-    let folder = node_folder("page-test", "apps/argil-studio/page", "test.mjs")?;
+    let folder = page_folder()?;
     let place = folder.display().to_string();
     let server = web::server(0)?;
     let url = format!("http://{}/", server.server_addr());
@@ -32,11 +51,16 @@ pub(crate) fn test() -> anyhow::Result<()> {
     run("node", &[&script, &url, &browser, &place, &world])
 }
 
-/// Copies a script and installs its packages next to it, where Node looks for them. Returns the folder.
-fn node_folder(name: &str, from: &str, script: &str) -> anyhow::Result<PathBuf> {
+fn page_folder() -> anyhow::Result<PathBuf> {
+    let scripts = ["browser.mjs", "shaders.mjs", "test.mjs"];
+    node_folder("page-test", "apps/argil-studio/page", &scripts)
+}
+
+/// Copies scripts and installs their packages next to them, where Node looks for them. Returns the folder.
+fn node_folder(name: &str, from: &str, scripts: &[&str]) -> anyhow::Result<PathBuf> {
     let folder = root().join("target").join(name);
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    for name in ["package.json", "package-lock.json", script] {
+    for name in ["package.json", "package-lock.json"].iter().chain(scripts) {
         let from = root().join(from).join(name);
         std::fs::copy(&from, folder.join(name)).with_context(|| from.display().to_string())?;
     }
@@ -53,7 +77,7 @@ fn check_3d_tiles(world: &str) -> anyhow::Result<()> {
     let folder = node_folder(
         "3d-tiles-test",
         "crates/argil-world/tests/tiles3d",
-        "check.mjs",
+        &["check.mjs"],
     )?;
     let out = folder.join("tiles");
     StoredWorld::open(world, &TileCacheOptions::default())?.export_3d_tiles(
