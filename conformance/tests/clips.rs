@@ -3,7 +3,7 @@
 use argil_abi::HIT_NONE;
 use argil_conformance::{Wait, gpu, primary_ray};
 use argil_field::Program;
-use argil_gpu::{GpuProgram, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, NormalSource, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
@@ -74,7 +74,9 @@ fn cuts_have_the_normals_of_the_box() {
                 assert!(n.dot(ray.direction) < 0.0 && n.dot(p) > 0.99, "{n} at {p}");
             }
             assert!(cuts > 100, "volume {i}: {cuts} pixels");
-            let found = on_gpu.render(&field, &frames, true).wait();
+            let found = on_gpu
+                .render(&field, &frames, ImageOutput::CpuWithHits)
+                .wait();
             let found = found.expect("an image").0;
             let pairs = cpu.rgb.iter().zip(&found.rgb);
             let differing = pairs.filter(|(a, b)| a.abs_diff(**b) > 12).count();

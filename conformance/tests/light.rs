@@ -3,7 +3,7 @@
 use argil_abi::{HIT_NONE, HIT_OUTSIDE};
 use argil_conformance::{Wait, gpu, primary_ray};
 use argil_field::Program;
-use argil_gpu::{GpuProgram, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, frame_uniforms, render_with_hits,
@@ -62,7 +62,10 @@ fn cylinders_toward_the_sun_miss_no_shadow() {
         };
         let frames = images(70.0);
         let cpu = render_with_hits(&program, &PrunedField, &frames);
-        let (found, _) = field.render(&frames, true).wait().expect("an image");
+        let (found, _) = field
+            .render(&frames, ImageOutput::CpuWithHits)
+            .wait()
+            .expect("an image");
         let count = differing(&cpu, &found);
         assert!(
             count <= cpu.rgb.len() / 300,
@@ -117,7 +120,7 @@ fn bricks_are_lit_alike_on_both_devices_at_any_size() {
         let frames = frame_uniforms(&settings, &camera, &program, Some(&grid), region);
         let cpu = render_with_hits(&program, &volume, &frames);
         let (found, _) = on_gpu
-            .render(&field, &frames, true)
+            .render(&field, &frames, ImageOutput::CpuWithHits)
             .wait()
             .expect("an image");
         let count = differing(&cpu, &found);

@@ -4,7 +4,7 @@ use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{gpu, shipped};
 use argil_field::Program;
-use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
+use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, ImageOutput, SurfaceOptions};
 use argil_math::Aabb;
 use argil_mesh::{Mesh, MeshNormals, MeshReport, marching, project_to_field};
 use argil_render::{
@@ -75,7 +75,7 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
         let frames = look(&program, &voxel_grid, eye);
         let own = render_with_hits(&program, &triangles(&mesh), &frames);
         let theirs = on_gpu
-            .render(&field, &frames, true)
+            .render(&field, &frames, ImageOutput::CpuWithHits)
             .wait()
             .expect("a picture")
             .0;

@@ -5,7 +5,7 @@ use argil_conformance::{
     RandomTables, SceneCase, Wait, all_cases, gpu, points, poison, side_by_side, universal,
 };
 use argil_field::Program;
-use argil_gpu::{Gpu, GpuProgram};
+use argil_gpu::{Gpu, GpuProgram, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{Camera, RenderMode, RenderSettings, frame_uniforms};
 use glam::Vec3;
@@ -24,7 +24,10 @@ fn make_lists(field: &GpuProgram, program: &Program) {
         ..RenderSettings::default()
     };
     let frames = frame_uniforms(&settings, &camera, program, None, Aabb::centered(Vec3::ONE));
-    field.render(&frames, false).wait().expect("a picture");
+    field
+        .render(&frames, ImageOutput::Cpu)
+        .wait()
+        .expect("a picture");
 }
 
 /// Returns the number of points where lists give another distance than the whole program, to the bit, or another material.

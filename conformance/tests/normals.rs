@@ -4,7 +4,7 @@ use argil_abi::{HIT_NONE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{gpu, primary_ray, shipped, voxel_grid};
 use argil_field::Program;
-use argil_gpu::{GpuProgram, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, NormalSource, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
@@ -136,7 +136,7 @@ fn a_small_picture_of_a_narrow_band_has_normals() {
         .wait()
         .expect("a volume");
     let gpu = on_gpu
-        .render(&field, &frames, true)
+        .render(&field, &frames, ImageOutput::CpuWithHits)
         .wait()
         .expect("a picture")
         .0

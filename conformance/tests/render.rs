@@ -6,7 +6,7 @@ use argil_abi::{FrameUniform, HIT_INSIDE, HIT_NONE, HIT_OUTSIDE, Hit};
 use argil_conformance::Wait;
 use argil_conformance::{CaseRng, SceneCase, all_cases, gpu, primary_ray, random_blends, shipped};
 use argil_field::{Program, naive};
-use argil_gpu::{Gpu, GpuProgram};
+use argil_gpu::{Gpu, GpuProgram, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, PrunedField, RenderMode, RenderOutput, RenderSettings, UnprunedField, frame_uniforms,
@@ -127,7 +127,10 @@ fn gpu_pictures_are_the_cpus() {
         ] {
             let frames = look(&small(show), eye, &program);
             let cpu = render_with_hits(&program, &UnprunedField, &frames);
-            let (found, duration_ms) = field.render(&frames, true).wait().expect("a picture");
+            let (found, duration_ms) = field
+                .render(&frames, ImageOutput::CpuWithHits)
+                .wait()
+                .expect("a picture");
             assert!(duration_ms > 0.0);
             let (other, greatest) = gap(&cpu.hits, &found.hits);
             assert!(
@@ -265,7 +268,7 @@ fn an_empty_scene_is_sky_on_both_devices() {
     let cpu = render_with_hits(&program, &UnprunedField, &frames);
     let (found, _) = GpuProgram::new(gpu(), &program, false)
         .expect("a field")
-        .render(&frames, true)
+        .render(&frames, ImageOutput::CpuWithHits)
         .wait()
         .expect("a picture");
     assert_eq!((cpu.hit_pixels, found.hit_pixels), (0, 0));
@@ -306,7 +309,7 @@ fn shipped_scenes_and_long_programs_are_the_same_on_both_devices() {
         let cpu = render_with_hits(&program, &UnprunedField, &frames);
         let (found, _) = GpuProgram::new(gpu.clone(), &program, false)
             .expect("a field")
-            .render(&frames, true)
+            .render(&frames, ImageOutput::CpuWithHits)
             .wait()
             .expect("a picture");
         let (other, greatest) = gap(&cpu.hits, &found.hits);

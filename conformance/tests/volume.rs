@@ -9,7 +9,7 @@ use argil_conformance::{
     voxel_grid,
 };
 use argil_field::Program;
-use argil_gpu::{BrickOrdering, DenseFill, Gpu, GpuProgram, GpuVolume};
+use argil_gpu::{BrickOrdering, DenseFill, Gpu, GpuProgram, GpuVolume, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, LookupStart, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
@@ -297,7 +297,7 @@ fn the_limits_that_every_device_has_are_enough() {
             RenderMode::Shaded,
         );
         let (picture, _) = volume
-            .render(&field, &frames, true)
+            .render(&field, &frames, ImageOutput::CpuWithHits)
             .wait()
             .expect("a picture");
         assert!(picture.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
@@ -350,8 +350,12 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
         assert!(most > 0.0, "half floats do not hold 16 bits");
     }
     let frames = frame(&program, &cpu, Vec3::new(1.6, 1.2, 2.2), RenderMode::Normal);
-    let [a, b] =
-        [&built, &brought].map(|v| v.render(&field, &frames, true).wait().expect("a picture").0);
+    let [a, b] = [&built, &brought].map(|v| {
+        v.render(&field, &frames, ImageOutput::CpuWithHits)
+            .wait()
+            .expect("a picture")
+            .0
+    });
     assert!(a.hits.iter().filter(|h| h.kind != HIT_NONE).count() > 300);
     let unlike = a
         .rgb
@@ -542,7 +546,7 @@ fn rays_through_volumes_are_the_same_on_both_devices() {
             frames[0].descent = u32::from(*descent == LookupStart::Path);
             let cpu = render_with_hits(&program, volume, &frames);
             let (found, _) = on_gpu
-                .render(&field, &frames, true)
+                .render(&field, &frames, ImageOutput::CpuWithHits)
                 .wait()
                 .expect("a picture");
             let (other, length, normal) = hit_gap(&cpu.hits, &found.hits);
@@ -639,7 +643,7 @@ fn rays_meet_the_eight_middle_bricks_where_they_are() {
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
     let (found, _) = on_gpu
-        .render(&field, &frames, true)
+        .render(&field, &frames, ImageOutput::CpuWithHits)
         .wait()
         .expect("a picture");
     let mut met = 0;
@@ -693,7 +697,7 @@ fn rays_that_start_inside_and_solids_that_are_cut() {
             let frames = frame(&program, &volume, eye, RenderMode::Normal);
             let on_gpu = GpuVolume::upload(&field, &volume).wait().expect("a volume");
             let (found, _) = on_gpu
-                .render(&field, &frames, true)
+                .render(&field, &frames, ImageOutput::CpuWithHits)
                 .wait()
                 .expect("a picture");
             for hits in [

@@ -3,10 +3,11 @@
 
 use anyhow::Context;
 use argil::{Backend, Engine};
-use argil_studio::{FileAccess, FileRequest, Options, Studio};
+use argil_studio::{FileAccess, FileRequest, Options, Studio, engine_of_window, share_device};
 use eframe::egui::{self, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use egui_kittest::wgpu::default_wgpu_setup;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -47,24 +48,39 @@ fn press(window: &Window, at: Pos2, pressed: bool) {
     });
 }
 
+/// Opens the editor on a back end.
+fn opened(backend: Backend) -> Window {
+    let begin = move |cc: &mut eframe::CreationContext<'_>| {
+        let engine = engine_of_window(cc.wgpu_render_state.as_ref(), backend);
+        let engine = engine.unwrap_or_else(|error| {
+            eprintln!("{error}: on the CPU");
+            Engine::cpu()
+        });
+        println!("{}", engine.device());
+        let options = Options {
+            engine,
+            scene: Some("scenes/csg20.json".into()),
+            outside: false,
+            recovery: None,
+            files: Box::new(NoFiles),
+        };
+        Studio::new(cc, options)
+    };
+    let mut setup = default_wgpu_setup();
+    share_device(&mut setup);
+    // The panels around the view take 500 × 75 points.
+    Harness::builder()
+        .with_size(Vec2::new(1780.0, 795.0))
+        .wgpu_setup(setup)
+        .build_eframe(begin)
+}
+
 fn main() -> anyhow::Result<()> {
     let backend = match std::env::args().nth(1).as_deref() {
         Some("gpu") => Backend::Gpu,
         _ => Backend::Cpu,
     };
-    let engine = Engine::with_backend(backend)?;
-    println!("{}", engine.device());
-    let options = Options {
-        engine,
-        scene: Some("scenes/csg20.json".into()),
-        outside: false,
-        recovery: None,
-        files: Box::new(NoFiles),
-    };
-    // The panels around the view take 500 × 75 points.
-    let mut window: Window = Harness::builder()
-        .with_size(Vec2::new(1780.0, 795.0))
-        .build_eframe(|cc| Studio::new(cc, options));
+    let mut window = opened(backend);
     settle(&mut window);
     click(&mut window, "Resolution");
     click(&mut window, "256 voxels");

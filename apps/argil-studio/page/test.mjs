@@ -20,7 +20,7 @@ page.on("console", (message) => {
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 // Try until it holds.
-const until = async (what, check, seconds = 120) => {
+const until = async (what, check, seconds = 300) => {
   const end = Date.now() + 1000 * seconds;
   for (;;) {
     const found = await check();

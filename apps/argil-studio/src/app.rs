@@ -16,6 +16,7 @@ use crate::recovery::{self, Recovery};
 use crate::render_thread::RenderThread;
 use crate::session::Session;
 use crate::view::{Tool, ViewState};
+use crate::viewport_images::ViewportImages;
 use argil::Engine;
 use argil::scene::Scene;
 use eframe::egui::{self, Align, Layout};
@@ -60,6 +61,7 @@ impl Studio {
         ctx.set_theme(preferences.theme());
         ctx.set_zoom_factor(preferences.zoom);
         let wake = move || ctx.request_repaint();
+        let window = cc.wgpu_render_state.as_ref();
         let session = Session {
             document: Document::new(Scene::new(), None, Recovery::off()),
             world: None,
@@ -71,7 +73,7 @@ impl Studio {
             } else {
                 Engine::cpu()
             },
-            renderer: RenderThread::new(options.engine, wake),
+            renderer: RenderThread::new(options.engine, window.map(|own| &own.device), wake),
             picker: Picker::new(),
             preferences,
             dialog: None,
@@ -89,7 +91,10 @@ impl Studio {
         };
         let mut studio = Self {
             session,
-            view: ViewState::default(),
+            view: ViewState {
+                pictures: ViewportImages::in_window(window),
+                ..ViewState::default()
+            },
             list: Outliner::default(),
             gallery: Gallery::default(),
             inspector: Inspector::new(),
@@ -163,7 +168,7 @@ impl Studio {
     /// Returns the number of pages that the last image lacks because the store of the world does not have them.
     pub fn lost_pages(&self) -> u64 {
         let shown = self.view.pictures.shown.iter();
-        shown.map(|shown| shown.picture.lost).sum()
+        shown.map(|shown| shown.lost).sum()
     }
 
     /// Returns the version of the document.

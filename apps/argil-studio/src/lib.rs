@@ -30,6 +30,7 @@ mod icon;
 mod inspector;
 mod jobs;
 mod keyframes;
+mod level_refinement;
 mod lighting;
 #[cfg(target_arch = "wasm32")]
 mod local_storage;
@@ -60,6 +61,7 @@ mod segmented_control;
 mod selection;
 mod session;
 mod stretch;
+mod texture_pool;
 mod textures;
 mod tools;
 #[cfg(not(target_arch = "wasm32"))]
@@ -69,17 +71,20 @@ mod view;
 mod viewport;
 mod viewport_camera;
 mod viewport_images;
+mod viewport_renderer;
 #[cfg(target_arch = "wasm32")]
 mod web;
 #[cfg(target_arch = "wasm32")]
 mod web_files;
 #[cfg(target_arch = "wasm32")]
 mod web_world;
+mod window_device;
 mod world_files;
 
 pub use app::{Options, Studio};
 pub use document::Document;
 pub use files::{FileAccess, FileRequest};
+pub use window_device::{engine_of_window, share_device};
 #[cfg(not(target_arch = "wasm32"))]
 pub use world_files::is_world;
 
@@ -100,12 +105,12 @@ pub struct NoWindow(String);
 /// If the window or its graphics device cannot be created.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn run(
-    engine: argil::Engine,
+    backend: argil::Backend,
     scene: Option<std::path::PathBuf>,
     outside: bool,
 ) -> Result<(), NoWindow> {
     use eframe::egui::ViewportBuilder;
-    let options = eframe::NativeOptions {
+    let mut options = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("Argil Studio")
             .with_app_id("argil-studio")
@@ -114,7 +119,9 @@ pub fn run(
             .with_drag_and_drop(true),
         ..eframe::NativeOptions::default()
     };
+    share_device(&mut options.wgpu_options.wgpu_setup);
     let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+        let engine = engine_of_window(cc.wgpu_render_state.as_ref(), backend)?;
         let own = Options {
             engine,
             scene,

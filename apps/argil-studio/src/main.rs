@@ -2,7 +2,7 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native {
-    use argil::{Backend, Engine};
+    use argil::Backend;
     use clap::Parser;
     use std::path::PathBuf;
     use std::process::ExitCode;
@@ -38,13 +38,13 @@ mod native {
                 pool.build_global()
                     .map_err(|e| argil::EngineError::Threads(e.to_string()))?;
             }
-            let engine = Engine::with_backend(match &*arguments.device {
+            let backend = match &*arguments.device {
                 "cpu" => Backend::Cpu,
                 "gpu" => Backend::Gpu,
                 _ => Backend::Auto,
-            })?;
+            };
             let (scene, outside) = (arguments.scene.clone(), arguments.allow_external_meshes);
-            Ok(argil_studio::run(engine, scene, outside)?)
+            Ok(argil_studio::run(backend, scene, outside)?)
         };
         match begun() {
             Ok(()) => ExitCode::SUCCESS,

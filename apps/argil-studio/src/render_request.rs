@@ -2,6 +2,7 @@
 
 use crate::pipeline::Pipeline;
 use argil::LevelsOptions;
+use argil::gpu::ImageTextures;
 use argil::render::{Camera, Percentiles, RenderMode};
 use argil::volume::TileSource;
 use std::sync::Arc;
@@ -27,6 +28,20 @@ pub(crate) struct RenderRequest {
     pub version: u64,
 }
 
+/// The pixels of an image.
+#[derive(Clone, Debug)]
+pub(crate) enum Pixels {
+    /// On the CPU.
+    Cpu {
+        /// Three bytes of sRGB each.
+        rgb: Vec<u8>,
+        /// Distance along each ray to a solid; infinite without a hit.
+        lengths: Vec<f32>,
+    },
+    /// In textures of the window's device.
+    Gpu(Arc<ImageTextures>),
+}
+
 /// An image with its statistics.
 #[derive(Clone, Debug)]
 pub(crate) struct WorkerImage {
@@ -34,8 +49,8 @@ pub(crate) struct WorkerImage {
     pub pipeline: Pipeline,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Pixels in sRGB.
-    pub rgb: Vec<u8>,
+    /// The pixels.
+    pub pixels: Pixels,
     /// Duration of rendering in milliseconds.
     pub frame_ms: f64,
     /// Total duration of edits since the last image in milliseconds. `None` without edits.
@@ -54,8 +69,6 @@ pub(crate) struct WorkerImage {
     pub paths: Option<u32>,
     /// Number of triangles, for a mesh.
     pub triangles: Option<u64>,
-    /// Distance along each pixel's ray to a solid; infinite without a hit.
-    pub lengths: Vec<f32>,
 }
 
 /// The answer to a request.

@@ -1,7 +1,9 @@
 //! The render thread. In a browser, which has no threads, rendering continues whenever the GPU has finished.
 
 use crate::render_worker::{RenderAnswer, RenderRequest, RenderWorker, StoredPages};
+use crate::texture_pool::TexturePool;
 use argil::Engine;
+use argil::gpu::wgpu;
 use argil::scene::{Action, Scene};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -145,6 +147,8 @@ mod place {
 /// The render thread.
 pub(crate) struct RenderThread {
     engine: Engine,
+    /// The window's device, if the engine is on it.
+    device: Option<wgpu::Device>,
     place: place::Place,
     wake: Arc<dyn Fn() + Send + Sync>,
     is_building: Arc<AtomicBool>,
@@ -153,16 +157,28 @@ pub(crate) struct RenderThread {
 }
 
 impl RenderThread {
-    /// Starts on an engine. `wake` is called when an answer is ready.
-    pub(crate) fn new(engine: Engine, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self::with(engine, Arc::new(wake))
+    /// Starts on an engine. `wake` is called when an answer is ready. Images stay on the device of a window, if the engine is on
+    /// it.
+    pub(crate) fn new(
+        engine: Engine,
+        window: Option<&wgpu::Device>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
+        let device = window.filter(|device| engine.is_on(device)).cloned();
+        Self::with(engine, device, Arc::new(wake))
     }
 
-    fn with(engine: Engine, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
-        let painter = RenderWorker::new(engine.clone());
+    fn with(
+        engine: Engine,
+        device: Option<wgpu::Device>,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
+        let textures = device.clone().map(TexturePool::new);
+        let painter = RenderWorker::new(engine.clone(), textures);
         let own = wake.clone();
         Self {
             engine,
+            device,
             is_building: painter.is_building(),
             place: place::Place::new(painter, move || own()),
             wake,
@@ -172,7 +188,7 @@ impl RenderThread {
 
     /// Restarts with a scene, and discards the request in progress, which ends in the background.
     pub(crate) fn abandon(&mut self, scene: &Scene, version: u64) {
-        *self = Self::with(self.engine.clone(), self.wake.clone());
+        *self = Self::with(self.engine.clone(), self.device.clone(), self.wake.clone());
         self.load(scene, version, None);
     }
 
@@ -257,7 +273,7 @@ mod tests {
             traces_paths: false,
             version: 0,
         };
-        let mut renderer = RenderThread::new(Engine::cpu(), || {});
+        let mut renderer = RenderThread::new(Engine::cpu(), None, || {});
         renderer.load(&first(), 0, None);
         let dense = Pipeline::all().find(|own| own.label() == "Dense");
         renderer.draw(request(dense.expect("a dense volume"), 256));

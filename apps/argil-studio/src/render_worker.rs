@@ -1,14 +1,18 @@
 //! Renders the scene: a copy that applies the document's actions, and a world for each visible pipeline.
 
+use crate::level_refinement::refine;
 use crate::pipeline::Pipeline;
-pub(crate) use crate::render_request::{RenderAnswer, RenderRequest, StoredPages, WorkerImage};
+pub(crate) use crate::render_request::{
+    Pixels, RenderAnswer, RenderRequest, StoredPages, WorkerImage,
+};
+use crate::texture_pool::TexturePool;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::traced_still::TracedStill;
 use anyhow::Context;
 use argil::render::{RenderMode, RenderSettings};
 use argil::scene::{Action, Scene};
 use argil::volume::Levels;
-use argil::{Engine, RenderedImage, World};
+use argil::{Engine, RenderReport, RenderedImage, World};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_time::Instant;
@@ -42,6 +46,8 @@ pub(crate) struct RenderWorker {
     /// Why the copy differs from the document, if it does.
     fault: Option<String>,
     kept: Vec<KeptWorld>,
+    /// Textures for images that stay on the GPU, if it is the window's.
+    textures: Option<TexturePool>,
     /// The least duration of baking bricks of levels around a still image, in milliseconds.
     refine_ms: f64,
     /// Whether a world is being built.
@@ -55,14 +61,15 @@ pub(crate) struct RenderWorker {
 const MAX_KEPT: usize = 3;
 
 impl RenderWorker {
-    /// Creates a worker without a scene.
-    pub(crate) fn new(engine: Engine) -> Self {
+    /// Creates a worker without a scene. Its images go into textures, if there are any.
+    pub(crate) fn new(engine: Engine, textures: Option<TexturePool>) -> Self {
         Self {
             engine,
             scene: Scene::new(),
             version: 0,
             fault: None,
             kept: Vec::new(),
+            textures,
             refine_ms: REFINE_MS,
             is_building: Arc::default(),
             #[cfg(not(target_arch = "wasm32"))]
@@ -188,9 +195,32 @@ impl RenderWorker {
         if !is_refined {
             settings.samples = 1;
         }
-        let drawn = world.render_with_distances_async(&request.camera, &settings);
-        let (drawn, lengths): (RenderedImage, _) = drawn.await?;
-        kept.frame_ms = drawn.duration_ms;
+        let (pixels, report) = match &mut self.textures {
+            Some(pool) => {
+                let own = pool.take(settings.size)?;
+                let drawn = world.render_into_async(&request.camera, &settings, &own);
+                let report = drawn.await?;
+                (Pixels::Gpu(own), report)
+            }
+            None => {
+                let drawn = world.render_with_distances_async(&request.camera, &settings);
+                let (
+                    RenderedImage {
+                        rgb,
+                        statistics,
+                        duration_ms,
+                        ..
+                    },
+                    lengths,
+                ) = drawn.await?;
+                let report = RenderReport {
+                    statistics,
+                    duration_ms,
+                };
+                (Pixels::Cpu { rgb, lengths }, report)
+            }
+        };
+        kept.frame_ms = report.duration_ms;
         let missing = world.levels().map_or(0, Levels::request_count) as u64;
         let few = u64::from(request.size[0]) * u64::from(request.size[1]) / FEW;
         let fill_ms = if request.is_still { refine_ms } else { FILL_MS };
@@ -210,18 +240,17 @@ impl RenderWorker {
         });
         Ok(WorkerImage {
             pipeline,
-            size: drawn.size,
-            rgb: drawn.rgb,
-            frame_ms: drawn.duration_ms,
+            size: settings.size,
+            pixels,
+            frame_ms: report.duration_ms,
             edit_ms,
-            steps: drawn.statistics.steps,
+            steps: report.statistics.steps,
             memory_bytes: world.memory_bytes(),
             bricks,
             missing,
             lost: filled.missing,
             paths: None,
             triangles: world.mesh_counts().map(|counts| counts.triangles),
-            lengths,
         })
     }
 
@@ -276,50 +305,6 @@ impl RenderWorker {
     }
 }
 
-/// Bakes what a still image of levels needs, within a time. Returns whether that was enough.
-async fn refine(
-    world: &mut World,
-    request: &RenderRequest,
-    settings: &RenderSettings,
-    max_ms: f64,
-) -> anyhow::Result<bool> {
-    if world.levels().is_none() {
-        return Ok(true);
-    }
-    let start = Instant::now();
-    let remaining_ms = || max_ms - start.elapsed().as_secs_f64() * 1e3;
-    // Light needs little else than what rays do.
-    let quick = RenderSettings {
-        mode: RenderMode::Normal,
-        samples: 1,
-        ..*settings
-    };
-    // Small images ask for most of it. A large one that asks for nothing is the last, however long it takes.
-    let mut is_small = true;
-    loop {
-        if is_small {
-            world.prefetch_async(&request.camera, &quick).await?;
-        } else {
-            world.render_async(&request.camera, &quick).await?;
-        }
-        let filled = world.fill_pages(remaining_ms())?;
-        let is_done = filled.answered == 0;
-        if is_done && filled.pending > 0 {
-            // Tiles are on their way. On a page, they arrive only while nothing is drawn.
-            return Ok(false);
-        }
-        if is_done && !filled.is_full {
-            if !is_small {
-                return Ok(true);
-            }
-            is_small = false;
-        } else if remaining_ms() <= 0.0 {
-            // In a full memory, no more becomes sharp.
-            return Ok(is_done);
-        }
-    }
-}
-
 fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
     let supports = request.pipelines.iter().all(|p| p.supports(request.show));
     let show = if supports {
@@ -359,14 +344,21 @@ mod tests {
         }
     }
 
+    fn rgb_of(image: &WorkerImage) -> Vec<u8> {
+        match &image.pixels {
+            Pixels::Cpu { rgb, .. } => rgb.clone(),
+            Pixels::Gpu(_) => Vec::new(),
+        }
+    }
+
     fn picture(painter: &mut RenderWorker, pipeline: Pipeline) -> Vec<u8> {
         let answer = pollster::block_on(painter.draw(request(pipeline)));
-        answer.pictures.expect("a picture").remove(0).rgb
+        rgb_of(&answer.pictures.expect("a picture").remove(0))
     }
 
     #[test]
     fn a_copy_that_parts_from_the_document_is_loud() {
-        let mut painter = RenderWorker::new(Engine::cpu());
+        let mut painter = RenderWorker::new(Engine::cpu(), None);
         pollster::block_on(painter.load(first(), 0, None));
         let node = first()
             .push(Brush::new(Shape::sphere(0.1)))
@@ -383,14 +375,14 @@ mod tests {
     /// However little time an image has, the last one is as sharp as if it had all.
     #[test]
     fn an_image_is_final_when_nothing_is_missing() {
-        let mut painter = RenderWorker::new(Engine::cpu());
+        let mut painter = RenderWorker::new(Engine::cpu(), None);
         painter.refine_ms = 0.1;
         pollster::block_on(painter.load(first(), 0, None));
         let own = request(Pipeline::default());
         let last = (0..10_000).find_map(|_| {
             let answer = pollster::block_on(painter.draw(own.clone()));
             let image = answer.pictures.expect("a picture").remove(0);
-            (image.missing == 0).then_some(image.rgb)
+            (image.missing == 0).then(|| rgb_of(&image))
         });
         let scene = first();
         let whole = Engine::cpu().build(&scene).expect("a world");
@@ -417,7 +409,7 @@ mod tests {
         let mut edited = first();
         edited.perform(&edit).expect("an edit");
         for pipeline in Pipeline::all() {
-            let mut painter = RenderWorker::new(Engine::cpu());
+            let mut painter = RenderWorker::new(Engine::cpu(), None);
             pollster::block_on(painter.load(first(), 0, None));
             let before = picture(&mut painter, pipeline);
             painter.follow(std::slice::from_ref(&edit));
@@ -425,7 +417,7 @@ mod tests {
             let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a != b).count();
             let shown = apart(&before, &after);
             assert!(shown > 100, "{pipeline:?}: {shown}");
-            let mut fresh = RenderWorker::new(Engine::cpu());
+            let mut fresh = RenderWorker::new(Engine::cpu(), None);
             pollster::block_on(fresh.load(edited.clone(), 0, None));
             let off = apart(&picture(&mut fresh, pipeline), &after);
             // Its voxel grid may lie otherwise.

@@ -1,7 +1,7 @@
 //! A path-traced still that is refined while nothing moves, on the CPU.
 
 use crate::pipeline::Pipeline;
-use crate::render_worker::{RenderRequest, WorkerImage};
+use crate::render_worker::{Pixels, RenderRequest, WorkerImage};
 use argil::render::{
     Development, Percentiles, RenderMode, Still, StillOptions, denoised, developed,
 };
@@ -83,7 +83,10 @@ impl TracedStill {
         WorkerImage {
             pipeline,
             size: self.still.size(),
-            rgb: developed(&denoised(&self.still), &development),
+            pixels: Pixels::Cpu {
+                rgb: developed(&denoised(&self.still), &development),
+                lengths: self.still.distances(),
+            },
             frame_ms: self.frame_ms,
             edit_ms: None,
             steps: Percentiles {
@@ -97,7 +100,6 @@ impl TracedStill {
             lost: 0,
             paths: Some(self.still.samples()),
             triangles: None,
-            lengths: self.still.distances(),
         }
     }
 }
@@ -125,7 +127,10 @@ mod tests {
         let mut paths = |version: u64, request: &RenderRequest| {
             let still = TracedStill::refined(&mut place, &first(), version, request);
             let image = still.expect("a still").image(Pipeline::field());
-            assert_eq!(image.rgb.len(), 3 * 24 * 18);
+            let Pixels::Cpu { rgb, lengths } = &image.pixels else {
+                panic!("not on the CPU");
+            };
+            assert_eq!([rgb.len(), 3 * lengths.len()], [3 * 24 * 18; 2]);
             let done = image.paths.expect("paths");
             assert_eq!(u64::from(done) + image.missing, u64::from(PATHS));
             done

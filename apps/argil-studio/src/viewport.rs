@@ -6,11 +6,10 @@ use crate::render_worker::{RenderAnswer, RenderRequest};
 use crate::session::{Request, Session};
 use crate::view::{Tool, ViewState};
 use crate::viewport_images::*;
+use crate::viewport_renderer::ViewportPaint;
 use argil::glam::{Vec2, Vec3};
 use argil::scene::{NodeId, OperatorKind, Shape};
-use eframe::egui::{
-    self, Color32, ColorImage, PointerButton, Pos2, Rect, Sense, Stroke, TextureOptions,
-};
+use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Sense, Stroke};
 use web_time::Instant;
 
 impl ViewState {
@@ -20,10 +19,9 @@ impl ViewState {
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Viewport"));
         self.pictures.size = Vec2::new(rect.width(), rect.height());
         self.pictures.pixels_per_point = ui.ctx().pixels_per_point();
-        self.take_answer(session, ui.ctx());
-        self.draw_pictures(ui, rect);
+        self.take_answer(session);
+        self.draw_pictures(ui, rect, session.preferences.grid);
         if session.preferences.grid {
-            self.draw_grid(ui, rect);
             self.draw_triad(ui, rect);
         }
         self.draw_outlines(session, ui, rect);
@@ -41,7 +39,7 @@ impl ViewState {
         }
     }
 
-    pub(crate) fn take_answer(&mut self, session: &mut Session, ctx: &egui::Context) {
+    pub(crate) fn take_answer(&mut self, session: &mut Session) {
         if session.renderer.is_gone() {
             let fault = "internal error. Save the scene, and restart Argil Studio";
             self.pictures.fault = Some(fault.into());
@@ -70,24 +68,16 @@ impl ViewState {
             // However long it took: starting a final image now would delay the next interaction.
             self.pictures.moved = Some(Instant::now());
         }
-        self.pictures.difference = match &pictures[..] {
-            [a, b] => {
-                let image = difference(a, b);
-                Some(ctx.load_texture("difference", image, TextureOptions::LINEAR))
-            }
-            _ => None,
+        let textures = match &mut self.pictures.renderer {
+            Some((renderer, pool)) => renderer.show(&pictures, pool),
+            None => Ok(None),
         };
-        self.pictures.shown = pictures
-            .into_iter()
-            .map(|picture| {
-                let size = picture.size.map(|n| n as usize);
-                let image = ColorImage::from_rgb(size, &picture.rgb);
-                let name = picture.pipeline.label();
-                let texture = ctx.load_texture(name, image, TextureOptions::LINEAR);
-                ShownImage { texture, picture }
-            })
-            .collect();
-        let edits = self.pictures.shown.iter().filter_map(|s| s.picture.edit_ms);
+        match textures {
+            Ok(textures) => self.pictures.textures = textures,
+            Err(error) => self.pictures.fault = Some(error.to_string()),
+        }
+        self.pictures.shown = pictures;
+        let edits = self.pictures.shown.iter().filter_map(|s| s.edit_ms);
         if let Some(ms) = edits.reduce(f64::max) {
             self.pictures.edit_ms = Some(ms);
         }
@@ -121,7 +111,7 @@ impl ViewState {
         if view.last.as_ref() == Some(&wanted) {
             // After a fault, what is shown is of an earlier scene.
             let is_whole =
-                view.fault.is_some() || view.shown.iter().all(|shown| shown.picture.missing == 0);
+                view.fault.is_some() || view.shown.iter().all(|shown| shown.missing == 0);
             self.pictures.is_settled = is_whole;
             if !is_whole && !session.renderer.is_busy() {
                 session.renderer.draw(wanted);
@@ -164,23 +154,23 @@ impl ViewState {
         }
     }
 
-    pub(crate) fn draw_pictures(&self, ui: &egui::Ui, rect: Rect) {
+    /// Draws the images, and the grid over them if it is asked for.
+    pub(crate) fn draw_pictures(&self, ui: &egui::Ui, rect: Rect, has_grid: bool) {
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 0.0, Color32::from_gray(40));
-        let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
         let view = &self.pictures;
-        if let Some(texture) = view.difference.as_ref().filter(|_| view.shows_difference) {
-            painter.image(texture.id(), rect, whole, Color32::WHITE);
-            return;
-        }
-        for (i, shown) in view.shown.iter().enumerate() {
-            let clip = if i == 0 {
-                rect
-            } else {
-                rect.with_min_x(rect.left() + view.divider * rect.width())
+        if let (Some((renderer, _)), Some(shown)) = (&view.renderer, &view.textures) {
+            let are_two = view.shown.len() > 1;
+            let paint = ViewportPaint {
+                renderer: renderer.clone(),
+                shown: shown.clone(),
+                camera: self.eye,
+                divider: if are_two { view.divider } else { 1.0 },
+                shows_difference: are_two && view.shows_difference,
+                size: Vec2::new(rect.width(), rect.height()),
+                lines: if has_grid { self.grid() } else { Vec::new() },
             };
-            ui.painter_at(clip)
-                .image(shown.texture.id(), rect, whole, Color32::WHITE);
+            painter.add(paint.into_shape(rect));
         }
     }
 
@@ -207,7 +197,7 @@ impl ViewState {
         }
         for (shown, left) in self.pictures.shown.iter().zip([x - 80.0, x + 12.0]) {
             let at = Pos2::new(left, rect.bottom() - 30.0);
-            label(ui, at, &shown.picture.pipeline.label());
+            label(ui, at, &shown.pipeline.label());
         }
         is_held
     }
@@ -406,8 +396,7 @@ impl ViewState {
 
     pub(crate) fn draw_readings(&self, session: &mut Session, ui: &egui::Ui, rect: Rect) {
         let mut lines = vec![session.renderer.device()];
-        for shown in &self.pictures.shown {
-            let p = &shown.picture;
+        for p in &self.pictures.shown {
             lines.push(format!(
                 "{} · {}×{} · frame {:.1} ms",
                 p.pipeline.label(),

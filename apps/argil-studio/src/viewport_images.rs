@@ -2,22 +2,22 @@
 
 use crate::pipeline::Pipeline;
 use crate::render_worker::{RenderRequest, WorkerImage};
+use crate::texture_pool::TexturePool;
+use crate::viewport_renderer::{ShownTextures, ViewportRenderer};
 use argil::glam::Vec2;
-use eframe::egui::{ColorImage, TextureHandle};
+use eframe::egui_wgpu::RenderState;
+use std::sync::Arc;
 use std::time::Duration;
 use web_time::Instant;
-
-/// An image in the viewport.
-pub(crate) struct ShownImage {
-    pub texture: TextureHandle,
-    pub picture: WorkerImage,
-}
 
 /// The images in the viewport.
 #[derive(Default)]
 pub(crate) struct ViewportImages {
-    pub shown: Vec<ShownImage>,
-    pub difference: Option<TextureHandle>,
+    pub shown: Vec<WorkerImage>,
+    /// The same, ready to be drawn.
+    pub textures: Option<Arc<ShownTextures>>,
+    /// What draws them, unless there is no window.
+    pub renderer: Option<(Arc<ViewportRenderer>, TexturePool)>,
     /// The last request that was rendered.
     pub last: Option<RenderRequest>,
     /// Duration of the last edits in milliseconds.
@@ -52,6 +52,19 @@ pub(crate) const LONG_MS: f64 = 150.0;
 pub(crate) const MAX_OUTLINED: usize = 12;
 
 impl ViewportImages {
+    /// Creates what is shown in a window, if there is one: nothing yet.
+    pub(crate) fn in_window(window: Option<&RenderState>) -> Self {
+        let renderer = window.map(|own| {
+            let renderer = ViewportRenderer::new(own);
+            let pool = renderer.pool();
+            (Arc::new(renderer), pool)
+        });
+        Self {
+            renderer,
+            ..Self::default()
+        }
+    }
+
     /// Resets the state for another document.
     pub(crate) fn forget(&mut self) {
         self.last = None;
@@ -81,22 +94,6 @@ impl ViewportImages {
         Some((pipelines, last.resolution))
     }
 
-    /// Returns the distance along the ray through a point of the image to a solid.
-    pub(crate) fn length_at(&self, part: Vec2) -> Option<f32> {
-        let is_left = part.x < self.divider;
-        let shown = match &self.shown[..] {
-            [_, second] if !is_left => second,
-            [first, ..] => first,
-            [] => return None,
-        };
-        let [width, height] = shown.picture.size;
-        let x = (part.x * width as f32) as usize;
-        let y = (part.y * height as f32) as usize;
-        let all = &shown.picture.lengths;
-        all.get(y.min(height as usize) * width as usize + x)
-            .copied()
-    }
-
     /// See [`Studio::shown`].
     pub(crate) fn shown_request(&self) -> Option<(u64, bool, f64)> {
         let last = self.last.as_ref()?;
@@ -113,15 +110,4 @@ impl ViewportImages {
             None => 0.5,
         }
     }
-}
-
-/// Returns the difference of two images, four times as bright.
-pub(crate) fn difference(a: &WorkerImage, b: &WorkerImage) -> ColorImage {
-    let rgb: Vec<u8> = a
-        .rgb
-        .iter()
-        .zip(&b.rgb)
-        .map(|(a, b)| a.abs_diff(*b).saturating_mul(4))
-        .collect();
-    ColorImage::from_rgb(a.size.map(|n| n as usize), &rgb)
 }

@@ -3,7 +3,8 @@
 use crate::app::{Options, Studio};
 use crate::browser::{self, Browser, document, listen_to_pens, speak};
 use crate::local_storage::listen_to_others;
-use argil::{Backend, Engine};
+use crate::window_device::{engine_of_window, share_device};
+use argil::Backend;
 use eframe::egui;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -21,9 +22,6 @@ thread_local! {
 /// If the browser has no WebGPU device.
 #[wasm_bindgen]
 pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
-    let engine = Engine::with_backend_async(Backend::Gpu)
-        .await
-        .map_err(|error| JsValue::from_str(&error.to_string()))?;
     listen_to_pens(&canvas)?;
     listen_to_others()?;
     hold_keys()?;
@@ -31,6 +29,7 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         cc.egui_ctx.enable_accesskit();
         cc.egui_ctx.add_plugin(Places);
         let ctx = cc.egui_ctx.clone();
+        let engine = engine_of_window(cc.wgpu_render_state.as_ref(), Backend::Gpu)?;
         let own = Options {
             engine,
             scene: None,
@@ -40,7 +39,8 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         };
         Ok(Box::new(Studio::new(cc, own)) as Box<dyn eframe::App>)
     };
-    let options = eframe::WebOptions::default();
+    let mut options = eframe::WebOptions::default();
+    share_device(&mut options.wgpu_options.wgpu_setup);
     let runner = eframe::WebRunner::new();
     runner.start(canvas, options, Box::new(begin)).await
 }

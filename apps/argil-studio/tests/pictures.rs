@@ -7,20 +7,29 @@ use eframe::egui::{Key, Modifiers, Vec2};
 use image::RgbImage;
 use std::path::PathBuf;
 
-fn desk() -> Desk {
-    let mut desk = Desk::new(Begin {
+fn begin(is_on_gpu: bool) -> Begin {
+    Begin {
         is_drawn: true,
+        is_on_gpu,
         ..Begin::default()
-    });
+    }
+}
+
+fn desk() -> Desk {
+    let mut desk = Desk::new(begin(false));
     // Times are not the same twice.
     desk.press(Modifiers::NONE, Key::I);
     desk
 }
 
-fn looks_as_before(desk: &mut Desk, name: &str) {
+fn picture(desk: &mut Desk) -> RgbImage {
     desk.settle();
     let picture = desk.window.render().expect("a device to draw windows with");
-    let own = image::DynamicImage::from(picture).to_rgb8();
+    image::DynamicImage::from(picture).to_rgb8()
+}
+
+fn looks_as_before(desk: &mut Desk, name: &str) {
+    let own = picture(desk);
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("tests/pictures")
         .join(format!("{name}.png"));
@@ -43,9 +52,7 @@ fn is_other(desk: &mut Desk, name: &str) {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("tests/pictures")
         .join(format!("{name}.png"));
-    desk.settle();
-    let own = desk.window.render().expect("a device to draw windows with");
-    let own: RgbImage = image::DynamicImage::from(own).to_rgb8();
+    let own = picture(desk);
     let before = image::open(&file).expect("a picture").to_rgb8();
     let seen = flip(&measured(&before), &measured(&own), PIXELS_PER_DEGREE)
         .expect("one size")
@@ -73,6 +80,36 @@ fn two_pipelines_are_compared() {
     desk.drag(middle, middle + Vec2::new(-120.0, 0.0), Modifiers::NONE);
     desk.click("Heat");
     looks_as_before(&mut desk, "split");
+}
+
+/// Images that stay on the window's GPU look like those from the CPU, two beside each other and their difference, too.
+#[test]
+fn the_gpu_of_the_window_draws_the_same() {
+    let seen = [false, true].map(|is_on_gpu| {
+        let mut desk = Desk::new(Begin {
+            is_small: true,
+            ..begin(is_on_gpu)
+        });
+        desk.press(Modifiers::NONE, Key::I);
+        desk.click("Bricks");
+        desk.click("Normals");
+        let mut views = vec![picture(&mut desk)];
+        desk.press(Modifiers::NONE, Key::V);
+        views.push(picture(&mut desk));
+        desk.press(Modifiers::SHIFT, Key::V);
+        views.push(picture(&mut desk));
+        assert_eq!(desk.fault(), None);
+        views
+    });
+    let [on_cpu, on_gpu] = &seen;
+    let apart = |a, b| {
+        let map = flip(&measured(a), &measured(b), PIXELS_PER_DEGREE);
+        map.expect("one size").mean()
+    };
+    for (a, b) in on_cpu.iter().zip(on_gpu) {
+        assert!(apart(a, b) < 0.01, "{}", apart(a, b));
+    }
+    assert!(apart(&on_gpu[0], &on_gpu[2]) > 0.03);
 }
 
 #[test]

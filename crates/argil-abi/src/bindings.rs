@@ -101,4 +101,8 @@ constants! { BINDINGS:
     BIND_PATH_TABLES = 47;
     /// The image behind everything.
     BIND_ENVIRONMENT = 48;
+    /// The colors of an image that stays on the device.
+    BIND_KEPT_COLORS = 49;
+    /// Its distances.
+    BIND_KEPT_DISTANCES = 50;
 }

@@ -9,14 +9,15 @@ pub(crate) use argil_abi::{
     BIND_CENTERS as CENTERS, BIND_COLORS as COLORS, BIND_COUNTERS as COUNTERS,
     BIND_COUNTS as COUNTS, BIND_EDGE_ROWS as EDGE_ROWS, BIND_ENVIRONMENT as ENVIRONMENT,
     BIND_FEEDBACK as FEEDBACK, BIND_FILL as FILL, BIND_FRAME as FRAME, BIND_HITS as HITS,
-    BIND_INSTRS as INSTRS, BIND_KEYS as KEYS, BIND_LIGHT_STORED as LIGHT_STORED,
-    BIND_LIGHT_WORDS as LIGHT_WORDS, BIND_LINEAR as LINEAR, BIND_LISTS as LISTS,
-    BIND_MARCHING as MARCHING, BIND_MATERIALS as MATERIALS, BIND_NODES as NODES,
-    BIND_OCCUPIED as OCCUPIED, BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL,
-    BIND_OWNERS as OWNERS, BIND_PARAMS as PARAMS, BIND_PATH_PIXELS as PATH_PIXELS,
-    BIND_PATH_STATES as PATH_STATES, BIND_PATH_TABLES as PATH_TABLES, BIND_PATHS as PATHS,
-    BIND_PIXELS as PIXELS, BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES, BIND_RASTER as DRAWN,
-    BIND_REQUESTS as LIVE, BIND_SPANS as SPANS, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
+    BIND_INSTRS as INSTRS, BIND_KEPT_COLORS as KEPT_COLORS, BIND_KEPT_DISTANCES as KEPT_DISTANCES,
+    BIND_KEYS as KEYS, BIND_LIGHT_STORED as LIGHT_STORED, BIND_LIGHT_WORDS as LIGHT_WORDS,
+    BIND_LINEAR as LINEAR, BIND_LISTS as LISTS, BIND_MARCHING as MARCHING,
+    BIND_MATERIALS as MATERIALS, BIND_NODES as NODES, BIND_OCCUPIED as OCCUPIED,
+    BIND_OLD_MATERIALS as OLD_MATERIALS, BIND_OLD_POOL as OLD_POOL, BIND_OWNERS as OWNERS,
+    BIND_PARAMS as PARAMS, BIND_PATH_PIXELS as PATH_PIXELS, BIND_PATH_STATES as PATH_STATES,
+    BIND_PATH_TABLES as PATH_TABLES, BIND_PATHS as PATHS, BIND_PIXELS as PIXELS,
+    BIND_PRUNE as PRUNE, BIND_QUERIES as QUERIES, BIND_RASTER as DRAWN, BIND_REQUESTS as LIVE,
+    BIND_SPANS as SPANS, BIND_STORED as STORED, BIND_TEXELS as TEXELS,
     BIND_TREE_WORDS as TREE_WORDS, BIND_TRIANGLES as TRIANGLES, BIND_UNINDEXED as UNINDEXED,
     BIND_UNIT_GROUPS as UNIT_GROUPS, BIND_UNITS as UNITS, BIND_VERTICES as VERTICES,
     BIND_VOLUME as VOLUME,
@@ -125,7 +126,8 @@ impl Bind {
             | Self::Filter(at)
             | Self::Picture(at)
             | Self::Words(at)
-            | Self::Target(at, _) => at,
+            | Self::Target(at, _)
+            | Self::Image(at, _) => at,
         }
     }
 }
@@ -147,6 +149,8 @@ pub(crate) enum Bind {
     Words(u32),
     /// A 3D texture to write.
     Target(u32, wgpu::TextureFormat),
+    /// A 2D texture to write.
+    Image(u32, wgpu::TextureFormat),
 }
 
 /// The tables of a program.
@@ -172,6 +176,11 @@ pub(crate) fn layout_for(
         ty,
         has_dynamic_offset: false,
         min_binding_size: None,
+    };
+    let written = |format, view_dimension| wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format,
+        view_dimension,
     };
     let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
     let entries: Vec<_> = binds
@@ -217,14 +226,8 @@ pub(crate) fn layout_for(
                     let ty = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
                     (at, ty)
                 }
-                Bind::Target(at, format) => {
-                    let ty = wgpu::BindingType::StorageTexture {
-                        access: wgpu::StorageTextureAccess::WriteOnly,
-                        format,
-                        view_dimension: wgpu::TextureViewDimension::D3,
-                    };
-                    (at, ty)
-                }
+                Bind::Target(at, format) => (at, written(format, wgpu::TextureViewDimension::D3)),
+                Bind::Image(at, format) => (at, written(format, wgpu::TextureViewDimension::D2)),
             };
             wgpu::BindGroupLayoutEntry {
                 binding,

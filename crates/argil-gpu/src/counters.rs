@@ -25,6 +25,7 @@ pub(crate) struct Counters {
     pub waits: Counter,
     pub buffers: Counter,
     pub pipelines: Counter,
+    pub bytes_read: Counter,
 }
 
 impl Gpu {
@@ -36,6 +37,7 @@ impl Gpu {
             waits: own.waits.get(),
             buffers: own.buffers.get(),
             pipelines: own.pipelines.get(),
+            bytes_read: own.bytes_read.get(),
         }
     }
 

@@ -133,6 +133,25 @@ pub enum GpuError {
         /// The limit.
         limit: u32,
     },
+    /// An image has no pixels, or exceeds the maximum size of a texture.
+    #[error("an image of {}x{} pixels: each side must be 1 to {limit}", size[0], size[1])]
+    ImageSize {
+        /// Requested width and height.
+        size: [u32; 2],
+        /// The limit.
+        limit: u32,
+    },
+    /// An image is drawn into textures of another size.
+    #[error(
+        "an image of {}x{} pixels, and textures of {}x{}: create textures of the image's size",
+        image[0], image[1], textures[0], textures[1]
+    )]
+    OtherSize {
+        /// Width and height of the image.
+        image: [u32; 2],
+        /// Those of the textures.
+        textures: [u32; 2],
+    },
     /// The program is too long to be written out as a shader.
     #[error("the scene has too many brushes for a specialized shader: use the interpreter")]
     TooLongToSpecialize,

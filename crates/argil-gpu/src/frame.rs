@@ -6,7 +6,7 @@ mod encode;
 use crate::bindings::{COLORS, COUNTS, FRAME, HITS, LIVE, PIXELS};
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::{FramePasses, FramePipelines};
-use crate::recording::{FrameKey, GROUP, Recording};
+use crate::recording::{Destination, FrameKey, GROUP, Recording};
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
 use crate::trace_mode::BoundResource;
@@ -101,10 +101,14 @@ impl FrameBuffers {
             stride,
             bytes,
             timing: timing_of(gpu, &key, &recording)?,
-            staging: buffer("picture on its way", 4 * pixels + count_bytes, read)?,
-            hits_staging: match key.with_hits {
-                true => Some(buffer("hits on their way", hit_bytes, read)?),
-                false => None,
+            staging: buffer(
+                "picture on its way",
+                key.staged_pixels() + count_bytes,
+                read,
+            )?,
+            hits_staging: match key.goes {
+                Destination::CpuWithHits => Some(buffer("hits on their way", hit_bytes, read)?),
+                _ => None,
             },
             marks_staging: None,
             bound: Vec::new(),
@@ -117,7 +121,7 @@ impl FrameBuffers {
     pub(crate) fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
         let layers = |key: &FrameKey| key.more.color_layers();
-        (own.size, own.max_steps, own.with_hits) == (key.size, key.max_steps, key.with_hits)
+        (own.size, own.max_steps, own.goes) == (key.size, key.max_steps, key.goes)
             && layers(own) == layers(key)
     }
 
@@ -236,11 +240,12 @@ impl FrameBuffers {
             timing.restart();
         }
         let pipelines = FramePipelines::of(gpu, &passes, &self.recording)?;
+        let kept = self.bind_textures(gpu, &passes, extras)?;
         let start = Instant::now();
         self.prepare(gpu, &passes, bound, frames)?;
         gpu.with_error_scope(|| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            self.encode(gpu, &pipelines, extras, &mut encoder);
+            self.encode(gpu, &pipelines, extras, kept.as_ref(), &mut encoder);
             self.copy_to_staging(&mut encoder, extras);
             gpu.submit(encoder);
         })?;
@@ -262,6 +267,30 @@ impl FrameBuffers {
             duration_ms,
             marks,
         })
+    }
+
+    /// Binds the textures that the image goes to, if it does.
+    fn bind_textures(
+        &self,
+        gpu: &Gpu,
+        passes: &FramePasses<'_>,
+        extras: FrameExtras<'_>,
+    ) -> Result<Option<wgpu::BindGroup>, GpuError> {
+        let Some(textures) = extras.textures() else {
+            return Ok(None);
+        };
+        let (image, textures_size) = (self.key.size, textures.size());
+        if image != textures_size {
+            return Err(GpuError::OtherSize {
+                image,
+                textures: textures_size,
+            });
+        }
+        let (Some(hits), Some(pixels)) = (self.hits.buffer(), self.pixels.buffer()) else {
+            return Ok(None);
+        };
+        let own = [&self.frames, hits, pixels];
+        gpu.with_error_scope(|| Some(textures.bind(gpu, passes.textures, own)))
     }
 
     /// Makes room to download what rays mark.
@@ -301,8 +330,10 @@ impl FrameBuffers {
             encoder.copy_buffer_to_buffer(marks, 0, staging, 0, staging.size());
         }
         if let (Some(pixels), Some(counts)) = (self.pixels.buffer(), self.counts.buffer()) {
-            let first = 4 * self.key.pixels();
-            encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);
+            let first = self.key.staged_pixels();
+            if first > 0 {
+                encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);
+            }
             let rest = self.staging.size() - first;
             encoder.copy_buffer_to_buffer(counts, 0, &self.staging, first, rest);
         }
@@ -321,10 +352,10 @@ impl FrameBuffers {
 
     async fn bring(&self, gpu: &Gpu) -> Result<RenderOutput, GpuError> {
         let (pixels, bins) = (self.key.pixels(), self.key.bins() as usize);
-        let (mut rgb, mut hit_pixels) = (Vec::with_capacity(3 * pixels as usize), 0);
+        let (mut rgb, mut hit_pixels) = (Vec::with_capacity(self.key.staged_pixels() as usize), 0);
         let mut histograms: Vec<u32> = Vec::new();
         gpu.take_staged(self.staging.slice(..), |bytes| {
-            let (picture, counts) = bytes.split_at(4 * pixels as usize);
+            let (picture, counts) = bytes.split_at(self.key.staged_pixels() as usize);
             for &[r, g, b, is_hit] in picture.as_chunks::<4>().0 {
                 rgb.extend([r, g, b]);
                 hit_pixels += usize::from(is_hit);
@@ -358,9 +389,9 @@ impl FrameBuffers {
 
 /// Returns what takes the time of passes, unless a host submits them.
 fn timing_of(gpu: &Gpu, key: &FrameKey, recording: &Recording) -> Result<Option<Timing>, GpuError> {
-    match key.for_host {
-        true => Ok(None),
-        false => Timing::new(gpu, recording.passes()),
+    match key.goes {
+        Destination::Host => Ok(None),
+        _ => Timing::new(gpu, recording.passes()),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::{Gpu, GpuError};
 pub(crate) struct FramePasses<'a> {
     pub frame: &'a Passes,
     pub resolve: &'a Passes,
+    pub textures: &'a Passes,
 }
 
 /// The pipelines of a frame, compiled before it is timed.
@@ -16,6 +17,8 @@ pub(crate) struct FramePipelines<'a> {
     pub frame: Vec<Option<&'a wgpu::ComputePipeline>>,
     pub count: Option<&'a wgpu::ComputePipeline>,
     pub resolve: Option<&'a wgpu::ComputePipeline>,
+    pub keep_distances: Option<&'a wgpu::ComputePipeline>,
+    pub keep_colors: Option<&'a wgpu::ComputePipeline>,
 }
 
 impl<'a> FramePipelines<'a> {
@@ -29,6 +32,8 @@ impl<'a> FramePipelines<'a> {
             frame: Vec::new(),
             count: None,
             resolve: None,
+            keep_distances: None,
+            keep_colors: None,
         };
         let wanted = recording.steps.iter().filter_map(|step| match *step {
             FrameStep::Pass { pipeline, .. } => Some((passes.frame, pipeline)),
@@ -45,6 +50,12 @@ impl<'a> FramePipelines<'a> {
                 }
                 FrameStep::Count(_) => all.count = Some(passes.resolve.get(gpu, "count")?),
                 FrameStep::Resolve(_) => all.resolve = Some(passes.resolve.get(gpu, "resolve")?),
+                FrameStep::KeepDistances(_) => {
+                    all.keep_distances = Some(passes.textures.get(gpu, "keep_distances")?);
+                }
+                FrameStep::KeepColors(_) => {
+                    all.keep_colors = Some(passes.textures.get(gpu, "keep_colors")?);
+                }
                 _ => {}
             }
         }

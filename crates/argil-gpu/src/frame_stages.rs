@@ -221,6 +221,7 @@ pub(crate) fn band_rows(key: &FrameKey, has_cones: bool) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Destination;
 
     /// Bands have whole workgroups, and all of them cover the image.
     #[test]
@@ -239,8 +240,7 @@ mod tests {
                 has_ground: true,
                 max_steps: 10,
                 field: (length, 1),
-                with_hits: false,
-                for_host: false,
+                goes: Destination::Cpu,
                 more: Default::default(),
             };
             for (has_cones, step) in [(false, GROUP), (true, GROUP * GROUP)] {

@@ -34,6 +34,11 @@ impl Gpu {
         Self::of_device(device, queue, adapter_info)
     }
 
+    /// Whether this is a given device.
+    pub fn is_on(&self, device: &wgpu::Device) -> bool {
+        self.device == *device
+    }
+
     /// Uses a device of an adapter. Not every browser's device tells which that is.
     pub(crate) fn of_device(
         device: wgpu::Device,

@@ -5,11 +5,10 @@ use crate::frame::FrameBuffers;
 use crate::frame_extras::FrameExtras;
 use crate::frame_pipelines::FramePipelines;
 use crate::host_targets::HostTargets;
-use crate::pass_module::Passes;
+use crate::recording::Destination;
 use crate::render::RenderPasses;
-use crate::resolve::resolve_module;
 use crate::trace_mode::BoundResource;
-use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume, ImageOutput};
 use argil_abi::FrameUniform;
 use std::sync::Arc;
 
@@ -175,13 +174,14 @@ impl HostFrame {
         // Another world has other passes.
         let kept = kept.filter(|(_, own)| Arc::ptr_eq(own, &of_mode));
         let kept = kept.map(|(buffers, _)| buffers);
-        let mut buffers = of_mode.target(field, frames, (false, true), kept)?;
-        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
-        let passes = of_mode.with(&resolve);
+        let mut buffers = of_mode.target(field, frames, Destination::Host, kept)?;
+        let [resolve, textures] = field.last_passes()?;
+        let passes = of_mode.with(&resolve, &textures);
         let bound = field.bound().chain(bound).collect();
         buffers.prepare(gpu, &passes, bound, frames)?;
         let pipelines = FramePipelines::of(gpu, &passes, buffers.recording())?;
-        buffers.encode(gpu, &pipelines, FrameExtras::default(), encoder);
+        let extras = FrameExtras::of(ImageOutput::Cpu);
+        buffers.encode(gpu, &pipelines, extras, None, encoder);
         let [Some(hits), Some(colors), Some(frames)] = buffers.results().map(Option::<&_>::cloned)
         else {
             return Err(GpuError::Lost("no buffer".into()));

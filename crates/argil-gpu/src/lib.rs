@@ -35,6 +35,8 @@ mod host_frame;
 #[cfg(feature = "device")]
 mod host_targets;
 #[cfg(feature = "device")]
+mod image_textures;
+#[cfg(feature = "device")]
 mod levels;
 #[cfg(feature = "device")]
 mod march_passes;
@@ -103,6 +105,7 @@ pub use {
     device::{Gpu, devices},
     host_frame::HostFrame,
     host_targets::HostTargets,
+    image_textures::{ImageOutput, ImageTextures},
     path_buffers::PathWork,
     program::GpuProgram,
     raster::GpuMesh,
@@ -114,4 +117,6 @@ pub use {
 #[cfg(not(feature = "device"))]
 mod no_device;
 #[cfg(not(feature = "device"))]
-pub use no_device::{Gpu, GpuMesh, GpuProgram, GpuVolume, HostEncoder, PathWork, devices};
+pub use no_device::{
+    Gpu, GpuMesh, GpuProgram, GpuVolume, HostEncoder, ImageOutput, ImageTextures, PathWork, devices,
+};

@@ -29,6 +29,21 @@ pub enum Gpu {}
 #[derive(Debug)]
 pub enum HostEncoder {}
 
+/// An image that stays on a device.
+#[derive(Debug)]
+pub enum ImageTextures {}
+
+/// Where a rendered image goes.
+#[derive(Clone, Copy, Debug)]
+pub enum ImageOutput<'a> {
+    /// To the CPU.
+    Cpu,
+    /// To the CPU, with what the rays of the first sample hit.
+    CpuWithHits,
+    /// Into textures, with the lengths of the rays of the first sample. The image on the CPU has statistics but no pixels.
+    Textures(&'a ImageTextures),
+}
+
 /// A program on a device.
 #[derive(Debug)]
 pub enum GpuProgram {}
@@ -129,7 +144,7 @@ impl GpuProgram {
     pub async fn render(
         &self,
         _: &[FrameUniform],
-        _: bool,
+        _: ImageOutput<'_>,
     ) -> Result<(RenderOutput, f64), GpuError> {
         match *self {}
     }
@@ -287,7 +302,7 @@ impl GpuVolume {
 
     never! {
         /// Renders.
-        render(&GpuProgram, &[FrameUniform], bool) -> (RenderOutput, f64);
+        render(&GpuProgram, &[FrameUniform], ImageOutput<'_>) -> (RenderOutput, f64);
         /// Describes the volume.
         info(&Gpu) -> VolumeInfo;
         /// Downloads the volume.
@@ -356,6 +371,6 @@ impl GpuMesh {
         /// Downloads the triangles.
         download(&Gpu) -> Mesh;
         /// Renders.
-        render(&GpuProgram, &[FrameUniform], bool) -> (RenderOutput, f64);
+        render(&GpuProgram, &[FrameUniform], ImageOutput<'_>) -> (RenderOutput, f64);
     }
 }

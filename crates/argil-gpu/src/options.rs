@@ -61,17 +61,30 @@ pub struct GpuCounters {
     pub buffers: u64,
     /// Pipelines created.
     pub pipelines: u64,
+    /// Bytes that came back to the CPU.
+    pub bytes_read: u64,
 }
 
 impl GpuCounters {
     /// Returns what was asked since an earlier state.
     #[must_use]
     pub fn since(self, before: Self) -> Self {
+        self.with(before, |now, before| now - before)
+    }
+
+    /// Returns the greater of two numbers of each kind, for example of the frames of a second.
+    #[must_use]
+    pub fn most(self, other: Self) -> Self {
+        self.with(other, u64::max)
+    }
+
+    fn with(self, other: Self, of: impl Fn(u64, u64) -> u64) -> Self {
         Self {
-            submissions: self.submissions - before.submissions,
-            waits: self.waits - before.waits,
-            buffers: self.buffers - before.buffers,
-            pipelines: self.pipelines - before.pipelines,
+            submissions: of(self.submissions, other.submissions),
+            waits: of(self.waits, other.waits),
+            buffers: of(self.buffers, other.buffers),
+            pipelines: of(self.pipelines, other.pipelines),
+            bytes_read: of(self.bytes_read, other.bytes_read),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::resources::read_table;
 use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
 use crate::trace_mode::{BoundResource, TraceMode};
-use crate::{Gpu, GpuError, GpuProgram};
+use crate::{Gpu, GpuError, GpuProgram, ImageOutput};
 use argil_abi::FrameUniform;
 use argil_mesh::Mesh;
 use argil_render::{RenderOutput, Triangles, wgsl};
@@ -129,7 +129,7 @@ impl GpuMesh {
         &self,
         field: &GpuProgram,
         frames: &[FrameUniform],
-        with_hits: bool,
+        output: ImageOutput<'_>,
     ) -> Result<(RenderOutput, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
@@ -151,9 +151,9 @@ impl GpuMesh {
         let passes = field.picture(&MESH, first)?;
         let extras = FrameExtras {
             drawing: Some(&drawing),
-            marks: None,
+            ..FrameExtras::of(output)
         };
-        let drawn = passes.draw(field, bound, extras, frames, with_hits).await;
+        let drawn = passes.draw(field, bound, extras, frames).await;
         *self.lock() = Some(target);
         drawn.map(|drawn| (drawn.picture, drawn.duration_ms))
     }

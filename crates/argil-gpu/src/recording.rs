@@ -1,5 +1,6 @@
 //! A frame as data: its passes in order.
 
+use crate::image_textures::ImageOutput;
 use argil_abi::FrameUniform;
 
 /// Bins of a histogram beyond a ray's maximum steps, for what the last step looks up.
@@ -47,6 +48,26 @@ impl MoreLight {
     }
 }
 
+/// Where a frame goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Destination {
+    Cpu,
+    CpuWithHits,
+    Textures,
+    /// A host submits the passes, and draws what they find.
+    Host,
+}
+
+impl From<ImageOutput<'_>> for Destination {
+    fn from(output: ImageOutput<'_>) -> Self {
+        match output {
+            ImageOutput::Cpu => Self::Cpu,
+            ImageOutput::CpuWithHits => Self::CpuWithHits,
+            ImageOutput::Textures(_) => Self::Textures,
+        }
+    }
+}
+
 /// What a recording depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameKey {
@@ -58,9 +79,7 @@ pub(crate) struct FrameKey {
     pub max_steps: u32,
     /// Instructions of the program, and evaluations that a thread may do per dispatch.
     pub field: (usize, u32),
-    pub with_hits: bool,
-    /// Whether a host submits the passes, and draws what they find.
-    pub for_host: bool,
+    pub goes: Destination,
     pub more: MoreLight,
 }
 
@@ -72,6 +91,14 @@ impl FrameKey {
 
     pub(super) fn pixels(&self) -> u64 {
         self.size.map(u64::from).iter().product()
+    }
+
+    /// Returns the bytes of pixels that go to the CPU.
+    pub(super) fn staged_pixels(&self) -> u64 {
+        match self.goes {
+            Destination::Cpu | Destination::CpuWithHits => 4 * self.pixels(),
+            Destination::Textures | Destination::Host => 0,
+        }
     }
 }
 
@@ -100,8 +127,12 @@ pub(crate) enum FrameStep {
     Count(usize),
     /// Keeps what they hit.
     KeepHits,
+    /// Keeps how far away that is, in a texture.
+    KeepDistances(usize),
     /// Converts colors to bytes.
     Resolve(usize),
+    /// Keeps these in a texture.
+    KeepColors(usize),
     /// Submits, because a device accepts a limited amount of work at once.
     Submit,
 }

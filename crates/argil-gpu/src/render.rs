@@ -7,12 +7,13 @@ use crate::frame::FrameBuffers;
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::FramePasses;
 use crate::frame_stages::{Threads, WORK_PER_DISPATCH, band_rows, entry_points, stages};
+use crate::image_textures::textures_module;
 use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
-use crate::recording::{Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
+use crate::recording::{Destination, Dispatch, FrameKey, FrameStep, GROUP, MoreLight, Recording};
 use crate::resolve::resolve_module;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
-use crate::{DeviceKind, Gpu, GpuError, GpuProgram, HostEncoder};
+use crate::{DeviceKind, Gpu, GpuError, GpuProgram, HostEncoder, ImageOutput};
 use argil_abi::FrameUniform;
 use argil_render::{RenderOutput, wgsl};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -70,6 +71,15 @@ impl GpuProgram {
         })
     }
 
+    /// Returns the passes that convert frames, and those that keep them in textures.
+    pub(crate) fn last_passes(&self) -> Result<[Arc<Passes>; 2], GpuError> {
+        let gpu = self.gpu();
+        Ok([
+            self.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?,
+            self.plain_passes("textures", || Passes::new(gpu, textures_module()))?,
+        ])
+    }
+
     /// Returns the passes of a trace mode. Each is compiled when it first runs.
     pub(crate) fn picture(
         &self,
@@ -99,23 +109,22 @@ impl GpuProgram {
     }
 
     /// Renders an image. [`argil_render::frame_uniforms`] makes `frames`, one per sample. Returns the image, and
-    /// the duration of its passes in milliseconds, by timestamps if there are any. The image has no hits unless
-    /// `with_hits`.
+    /// the duration of its passes in milliseconds, by timestamps if there are any.
     ///
     /// # Errors
-    /// If the image exceeds the device's memory, or the device fails.
+    /// If the image exceeds the device's memory, it has another size than the textures, or the device fails.
     pub async fn render(
         &self,
         frames: &[FrameUniform],
-        with_hits: bool,
+        output: ImageOutput<'_>,
     ) -> Result<(RenderOutput, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
         let (way, bound) = self.field_way(None)?;
         let passes = self.picture(way, first)?;
-        let extras = FrameExtras::default();
-        let drawn = passes.draw(self, bound, extras, frames, with_hits).await?;
+        let extras = FrameExtras::of(output);
+        let drawn = passes.draw(self, bound, extras, frames).await?;
         Ok((drawn.picture, drawn.duration_ms))
     }
 }
@@ -180,7 +189,6 @@ impl RenderPasses {
         bound: Vec<BoundResource>,
         extras: FrameExtras<'_>,
         frames: &[FrameUniform],
-        with_hits: bool,
     ) -> Result<DrawnFrame, GpuError> {
         let Some(first) = frames.first() else {
             return Ok(DrawnFrame {
@@ -190,9 +198,9 @@ impl RenderPasses {
             });
         };
         let gpu = field.gpu();
-        let mut target = self.target(field, frames, (with_hits, false), self.take())?;
-        let resolve = field.plain_passes("resolve", || Passes::new(gpu, resolve_module()))?;
-        let passes = self.with(&resolve);
+        let mut target = self.target(field, frames, extras.output.into(), self.take())?;
+        let [resolve, textures] = field.last_passes()?;
+        let passes = self.with(&resolve, &textures);
         let bound = field.bound().chain(bound).collect();
         let drawn = target.run(gpu, passes, bound, extras, frames).await?;
         if u64::from(first.width) * u64::from(first.height) <= MAX_CACHED {
@@ -207,7 +215,7 @@ impl RenderPasses {
         &self,
         field: &GpuProgram,
         frames: &[FrameUniform],
-        (with_hits, for_host): (bool, bool),
+        goes: Destination,
         kept: Option<FrameBuffers>,
     ) -> Result<FrameBuffers, GpuError> {
         let gpu = field.gpu();
@@ -223,8 +231,7 @@ impl RenderPasses {
             has_ground: first.has_ground != 0,
             max_steps: first.max_steps,
             field: (field.length(), field.budget),
-            with_hits,
-            for_host,
+            goes,
             more: MoreLight::of(&first),
         };
         let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
@@ -238,10 +245,11 @@ impl RenderPasses {
     }
 
     /// Returns the passes with those that resolve frames.
-    pub(crate) fn with<'a>(&'a self, resolve: &'a Passes) -> FramePasses<'a> {
+    pub(crate) fn with<'a>(&'a self, resolve: &'a Passes, textures: &'a Passes) -> FramePasses<'a> {
         FramePasses {
             frame: &self.passes,
             resolve,
+            textures,
         }
     }
 
@@ -261,6 +269,7 @@ impl RenderPasses {
             u32::MAX
         };
         let stages = stages(self.way, key);
+        let is_for_host = key.goes == Destination::Host;
         let mut all = Recording::default();
         let mut work = 0;
         all.steps.push(FrameStep::Clear);
@@ -287,7 +296,7 @@ impl RenderPasses {
                         1
                     };
                     // A host submits all at once.
-                    if !key.for_host && work > 0 && work + own * length > WORK_PER_DISPATCH {
+                    if !is_for_host && work > 0 && work + own * length > WORK_PER_DISPATCH {
                         all.steps.push(FrameStep::Submit);
                         work = 0;
                     }
@@ -321,18 +330,33 @@ impl RenderPasses {
                     all.dispatches.push(own);
                 }
             }
-            if sample == 0 && !key.for_host {
-                all.steps.push(FrameStep::Count(whole));
-                if key.with_hits {
-                    all.steps.push(FrameStep::KeepHits);
-                }
-            }
-            if sample + 1 == key.samples && !key.for_host {
-                all.steps.push(FrameStep::Resolve(whole));
-            }
+            all.steps.extend(last_steps(key, sample, whole));
         }
         all
     }
+}
+
+/// Returns what follows the passes of a sample, with the values of a dispatch.
+fn last_steps(key: &FrameKey, sample: usize, dispatch: usize) -> Vec<FrameStep> {
+    let mut steps = Vec::new();
+    if key.goes == Destination::Host {
+        return steps;
+    }
+    if sample == 0 {
+        steps.push(FrameStep::Count(dispatch));
+        match key.goes {
+            Destination::CpuWithHits => steps.push(FrameStep::KeepHits),
+            Destination::Textures => steps.push(FrameStep::KeepDistances(dispatch)),
+            Destination::Cpu | Destination::Host => {}
+        }
+    }
+    if sample + 1 == key.samples {
+        steps.push(FrameStep::Resolve(dispatch));
+        if key.goes == Destination::Textures {
+            steps.push(FrameStep::KeepColors(dispatch));
+        }
+    }
+    steps
 }
 
 #[cfg(test)]
@@ -359,7 +383,7 @@ mod tests {
                 ..RenderSettings::default()
             };
             let all = frame_uniforms(&settings, &camera, &program, None, program.aabb());
-            let drawn = pollster::block_on(field.render(&all, false));
+            let drawn = pollster::block_on(field.render(&all, ImageOutput::Cpu));
             drawn.expect("a picture").0
         };
         let passes = field
@@ -406,7 +430,7 @@ mod tests {
             ..RenderSettings::default()
         };
         let all = frame_uniforms(&settings, &camera, &program, None, program.aabb());
-        let drawn = pollster::block_on(field.render(&all, true));
+        let drawn = pollster::block_on(field.render(&all, ImageOutput::CpuWithHits));
         let (picture, _) = drawn.expect("a picture");
         let steps = picture.hits.iter().map(|hit| f64::from(hit.steps));
         let sum: f64 = steps.clone().sum();

@@ -85,6 +85,7 @@ impl Gpu {
             .map_err(|e| self.fault().unwrap_or(lost(e.to_string())))?;
         self.fault().map_or(Ok(()), Err)?;
         let view = staged.get_mapped_range().map_err(|e| lost(e.to_string()))?;
+        self.counters.bytes_read.add(view.len() as u64);
         look(&view);
         drop(view);
         staged.buffer().unmap();

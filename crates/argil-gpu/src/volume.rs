@@ -8,7 +8,7 @@ use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
 use crate::trace_mode::{BoundResource, TraceMode};
 use crate::work::Work;
-use crate::{Gpu, GpuError, GpuProgram, HostEncoder};
+use crate::{Gpu, GpuError, GpuProgram, HostEncoder, ImageOutput};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
 use argil_render::{RenderOutput, Still};
@@ -225,15 +225,15 @@ impl GpuVolume {
         &self,
         field: &GpuProgram,
         frames: &[FrameUniform],
-        with_hits: bool,
+        output: ImageOutput<'_>,
     ) -> Result<(RenderOutput, f64), GpuError> {
         let Some(first) = frames.first() else {
             return Ok((RenderOutput::empty(), 0.0));
         };
         let (passes, bound) = self.picture(field, first, self.uniform())?;
-        let (drawing, marks) = (None, self.kind.marks());
-        let extras = FrameExtras { drawing, marks };
-        let drawn = passes.draw(field, bound, extras, frames, with_hits).await?;
+        let mut extras = FrameExtras::of(output);
+        extras.marks = self.kind.marks();
+        let drawn = passes.draw(field, bound, extras, frames).await?;
         self.kind.note_marks(first, &drawn.marks);
         Ok((drawn.picture, drawn.duration_ms))
     }

@@ -229,6 +229,35 @@ impl World {
         wait(self.render_async(camera, settings))
     }
 
+    /// Renders an image into textures of the world's GPU: no pixel comes to the CPU.
+    ///
+    /// ```no_run
+    /// use argil::gpu::{Gpu, ImageTextures, wgpu};
+    /// use argil::prelude::*;
+    /// # fn draw(device: wgpu::Device, queue: wgpu::Queue, scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
+    /// let textures = ImageTextures::new(&device, [1280, 720])?;
+    /// let engine = Engine::on_gpu(Gpu::from_wgpu(device, queue)?);
+    /// let world = engine.build(scene)?.bricks(256)?;
+    /// let settings = world.render_settings(textures.size(), RenderMode::Shaded);
+    /// let report = world.render_into(&world.camera(), &settings, &textures)?;
+    /// println!("{:.1} ms", report.duration_ms);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// If the world is on the CPU, the textures have another size than the image, a setting is out of range, the mode needs bricks
+    /// that the world does not have, or the device fails.
+    #[cfg(feature = "gpu")]
+    pub fn render_into(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        textures: &argil_gpu::ImageTextures,
+    ) -> Result<crate::RenderReport, RenderError> {
+        wait(self.render_into_async(camera, settings, textures))
+    }
+
     /// Makes a still by path tracing: the field's or the volume's surfaces, lit by the view's lights, its environment, and materials
     /// that emit light, directly and by way of each other, through its fog and its lens. Work that is canceled returns what is
     /// there.

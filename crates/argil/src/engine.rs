@@ -124,6 +124,12 @@ impl Engine {
         }
     }
 
+    /// Whether the engine is on a given device, so that images can stay there.
+    #[cfg(feature = "gpu")]
+    pub fn is_on(&self, device: &argil_gpu::wgpu::Device) -> bool {
+        self.gpu.as_ref().is_some_and(|gpu| gpu.is_on(device))
+    }
+
     /// Returns the kind of GPU, or `None` on the CPU.
     pub fn gpu_kind(&self) -> Option<DeviceKind> {
         self.gpu.as_ref().map(|gpu| gpu.info().kind)

@@ -21,6 +21,17 @@ pub struct RenderedImage {
     pub duration_ms: f64,
 }
 
+/// What is known of an image that stays on the GPU.
+///
+/// `World::render_into` returns it.
+#[derive(Clone, Debug)]
+pub struct RenderReport {
+    /// Statistics of the primary rays.
+    pub statistics: RayStatistics,
+    /// Duration in milliseconds: from the GPU's timestamps, or from the clock on software GPUs.
+    pub duration_ms: f64,
+}
+
 impl RenderedImage {
     pub(crate) fn new(picture: RenderOutput, duration_ms: f64) -> Self {
         Self {

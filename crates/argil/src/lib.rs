@@ -69,9 +69,9 @@ pub use export::{
 };
 pub use external_files::ExternalFiles;
 pub use field_mesh::MeshMethod;
-pub use image::RenderedImage;
 #[cfg(feature = "png")]
 pub use image::{PngImage, read_png, save_png, write_png};
+pub use image::{RenderReport, RenderedImage};
 pub use mesh_assets::{
     LoadedMesh, load_images, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };

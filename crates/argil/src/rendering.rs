@@ -2,9 +2,9 @@
 
 use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
-use crate::{RenderError, RenderedImage, Representation, World};
+use crate::{RenderError, RenderReport, RenderedImage, Representation, World};
 use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_gpu::{GpuProgram, GpuVolume};
+use argil_gpu::{GpuProgram, GpuVolume, ImageOutput, ImageTextures};
 use argil_math::Aabb;
 use argil_render::{
     Camera, LitBricks, LiveImage, RenderMode, RenderOutput, RenderSettings, RenderSource,
@@ -67,7 +67,7 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
+        let (picture, duration_ms) = self.picture(camera, settings, ImageOutput::Cpu).await?;
         Ok(RenderedImage::new(picture, duration_ms))
     }
 
@@ -81,13 +81,33 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<(RenderedImage, Vec<f32>), RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
+        let output = ImageOutput::CpuWithHits;
+        let (picture, duration_ms) = self.picture(camera, settings, output).await?;
         let length = |hit: &Hit| match hit.kind {
             HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
             _ => f32::INFINITY,
         };
         let lengths = picture.hits.iter().map(length).collect();
         Ok((RenderedImage::new(picture, duration_ms), lengths))
+    }
+
+    /// Renders an image into textures of the world's GPU, as a future: see [`World::render_into`].
+    ///
+    /// # Errors
+    /// If the world is on the CPU, the textures have another size than the image, a setting is out of range, the mode needs bricks
+    /// that the world does not have, or the device fails.
+    pub async fn render_into_async(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        textures: &ImageTextures,
+    ) -> Result<RenderReport, RenderError> {
+        let output = ImageOutput::Textures(textures);
+        let (picture, duration_ms) = self.picture(camera, settings, output).await?;
+        Ok(RenderReport {
+            statistics: picture.statistics,
+            duration_ms,
+        })
     }
 
     /// Returns the levels from which light reads distances that sparse bricks do not store, if a mode shows light.
@@ -113,7 +133,7 @@ impl World {
     ) -> Result<usize, RenderError> {
         let is_local = matches!(&self.storage, Storage::Cpu(Volume::Bricks(_)));
         if self.gpu.is_some() || !is_local {
-            let (picture, _) = self.picture(camera, settings, false).await?;
+            let (picture, _) = self.picture(camera, settings, ImageOutput::Cpu).await?;
             return Ok(image.replace(picture));
         }
         check(camera, settings)?;
@@ -170,7 +190,7 @@ impl World {
         &self,
         camera: &Camera,
         settings: &RenderSettings,
-        with_hits: bool,
+        output: ImageOutput<'_>,
     ) -> Result<(RenderOutput, f64), RenderError> {
         check(camera, settings)?;
         if !self.representation.supports_mode(settings.mode) {
@@ -189,20 +209,25 @@ impl World {
             field.upload_instructions(|| self.program());
             let (picture, duration_ms) = match &self.storage {
                 Storage::Gpu(volume) if settings.mode != RenderMode::Shaded => {
-                    volume.render(field, &frames, with_hits).await?
+                    volume.render(field, &frames, output).await?
                 }
                 Storage::Gpu(volume) => {
                     self.set_light(field, volume)?;
-                    volume.render(field, &frames, with_hits).await?
+                    volume.render(field, &frames, output).await?
                 }
                 Storage::Mesh(MeshStorage {
                     mesh: StoredTriangles::Gpu(mesh),
                     ..
-                }) => mesh.render(field, &frames, with_hits).await?,
-                _ => field.render(&frames, with_hits).await?,
+                }) => mesh.render(field, &frames, output).await?,
+                _ => field.render(&frames, output).await?,
             };
             return Ok((picture, duration_ms));
         }
+        let with_hits = match output {
+            ImageOutput::Cpu => false,
+            ImageOutput::CpuWithHits => true,
+            ImageOutput::Textures(_) => return Err(RenderError::NotOnGpu),
+        };
         let light = self.light_for(settings.mode);
         let control = &self.engine.control;
         let picture = self.with_source(light.as_deref(), |through| {

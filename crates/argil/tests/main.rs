@@ -16,6 +16,8 @@ mod host_common;
 mod host_edits;
 #[cfg(feature = "gpu")]
 mod host_views;
+#[cfg(feature = "gpu")]
+mod image_textures;
 mod iso_levels;
 mod levels;
 mod levels_common;

@@ -1,11 +1,12 @@
 //! Drives the editor as a user would.
 
-use argil::Engine;
+use argil::Backend;
 use argil::scene::Scene;
-use argil_studio::{FileAccess, FileRequest, Options, Studio};
+use argil_studio::{FileAccess, FileRequest, Options, Studio, engine_of_window, share_device};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::wgpu::default_wgpu_setup;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -35,28 +36,43 @@ pub(crate) struct Begin {
     pub outside: bool,
     pub recovery: Option<PathBuf>,
     pub is_drawn: bool,
+    /// Whether the engine is on the GPU of a window that is drawn.
+    pub is_on_gpu: bool,
+    /// Whether the window has a quarter of the pixels, though it is drawn.
+    pub is_small: bool,
 }
 
 impl Desk {
     pub(crate) fn new(begin: Begin) -> Self {
         let answers = Answers::default();
-        let options = Options {
-            engine: Engine::cpu(),
-            scene: begin.scene,
-            outside: begin.outside,
-            recovery: begin.recovery,
-            files: Box::new(Scripted(answers.clone())),
-        };
+        let files = Box::new(Scripted(answers.clone()));
         let mut builder = Harness::builder()
             .with_size(Vec2::new(1280.0, 800.0))
             .with_max_steps(64);
-        builder = if begin.is_drawn {
-            builder.wgpu()
-        } else {
-            // Nobody looks at the picture, so it has few pixels.
-            builder.with_pixels_per_point(0.5)
+        // Where nobody looks at the picture, it has few pixels.
+        if begin.is_small || !begin.is_drawn {
+            builder = builder.with_pixels_per_point(0.5);
+        }
+        if begin.is_drawn {
+            let mut setup = default_wgpu_setup();
+            share_device(&mut setup);
+            builder = builder.wgpu_setup(setup);
+        }
+        let backend = match begin.is_on_gpu {
+            true => Backend::Gpu,
+            false => Backend::Cpu,
         };
-        let window = builder.build_eframe(|cc| Studio::new(cc, options));
+        let window = builder.build_eframe(|cc| {
+            let engine = engine_of_window(cc.wgpu_render_state.as_ref(), backend);
+            let options = Options {
+                engine: engine.expect("an engine"),
+                scene: begin.scene,
+                outside: begin.outside,
+                recovery: begin.recovery,
+                files,
+            };
+            Studio::new(cc, options)
+        });
         Self { window, answers }
     }
 

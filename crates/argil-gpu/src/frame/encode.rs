@@ -15,17 +15,18 @@ impl FrameBuffers {
         gpu: &Gpu,
         pipelines: &FramePipelines<'_>,
         extras: FrameExtras<'_>,
+        kept: Option<&wgpu::BindGroup>,
         encoder: &mut wgpu::CommandEncoder,
     ) {
         let Some([own, resolving]) = &self.groups else {
             return;
         };
         let [columns, rows] = self.key.size.map(|side| side.div_ceil(GROUP));
-        let each_pixel = |encoder: &mut wgpu::CommandEncoder, pipeline, offset: u32| {
+        let each_pixel = |encoder: &mut wgpu::CommandEncoder, pipeline, group, offset: u32| {
             let Some(pipeline) = pipeline else { return };
             let mut pass = encoder.begin_compute_pass(&Default::default());
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, resolving, &[offset]);
+            pass.set_bind_group(0, group, &[offset]);
             pass.dispatch_workgroups(columns, rows, 1);
         };
         let at = |dispatch: usize| self.stride * dispatch as u32;
@@ -74,10 +75,16 @@ impl FrameBuffers {
                     }
                 }
                 FrameStep::Count(dispatch) => {
-                    each_pixel(encoder, pipelines.count, at(dispatch));
+                    each_pixel(encoder, pipelines.count, Some(resolving), at(dispatch));
                 }
                 FrameStep::Resolve(dispatch) => {
-                    each_pixel(encoder, pipelines.resolve, at(dispatch));
+                    each_pixel(encoder, pipelines.resolve, Some(resolving), at(dispatch));
+                }
+                FrameStep::KeepDistances(dispatch) => {
+                    each_pixel(encoder, pipelines.keep_distances, kept, at(dispatch));
+                }
+                FrameStep::KeepColors(dispatch) => {
+                    each_pixel(encoder, pipelines.keep_colors, kept, at(dispatch));
                 }
                 FrameStep::KeepHits => {
                     if let (Some(hits), Some(staging)) = (self.hits.buffer(), &self.hits_staging) {

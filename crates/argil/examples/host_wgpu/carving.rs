@@ -79,13 +79,8 @@ impl Carving {
     /// Returns what the first frame asked of the device, and the most of those in the second half.
     pub(crate) fn counts(&self) -> [GpuCounters; 2] {
         let later = &self.counts[self.counts.len() / 2..];
-        let most = |of: fn(&GpuCounters) -> u64| later.iter().map(of).max().unwrap_or(0);
-        let later = GpuCounters {
-            submissions: most(|own| own.submissions),
-            waits: most(|own| own.waits),
-            buffers: most(|own| own.buffers),
-            pipelines: most(|own| own.pipelines),
-        };
+        let later = later.iter().copied();
+        let later = later.fold(GpuCounters::default(), GpuCounters::most);
         [self.counts.first().copied().unwrap_or_default(), later]
     }
 }

@@ -1,0 +1,120 @@
+//! Images that stay on the GPU.
+
+use crate::host_common::Host;
+use argil::RenderError;
+use argil::gpu::{GpuError, ImageTextures};
+use argil::prelude::*;
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+const MODES: [RenderMode; 7] = [
+    RenderMode::Shaded,
+    RenderMode::Normal,
+    RenderMode::Depth,
+    RenderMode::Heat,
+    RenderMode::Bricks,
+    RenderMode::Nodes,
+    RenderMode::Levels,
+];
+
+fn scene() -> Result<Scene, Box<dyn std::error::Error>> {
+    let mut scene = Scene::new();
+    scene.push(Shape::cuboid([0.7, 0.3, 0.5]))?;
+    scene.push(Shape::sphere(0.4).at([0.2, 0.3, 0.1]).smooth(0.1))?;
+    Ok(scene)
+}
+
+/// They have the pixels and the distances that come to the CPU, through each representation and in each mode.
+#[test]
+fn they_are_those_that_come_to_the_cpu() -> Outcome {
+    let host = Host::new([70, 50])?;
+    let (_, engine) = host.engine()?;
+    let textures = ImageTextures::new(&host.device, host.size)?;
+    let scene = scene()?;
+    for representation in Representation::all(40) {
+        let mut world = engine.build(&scene)?.with_representation(representation)?;
+        let camera = world.camera();
+        for mode in MODES {
+            let settings = world.render_settings(host.size, mode);
+            if !representation.supports_mode(mode) {
+                let refused = world.render_into(&camera, &settings, &textures);
+                assert!(matches!(refused, Err(RenderError::NoBricks)));
+                continue;
+            }
+            world.refine(&camera, &settings)?;
+            let report = world.render_into(&camera, &settings, &textures)?;
+            let (own, distances) =
+                pollster::block_on(world.render_with_distances_async(&camera, &settings))?;
+            assert_eq!(report.statistics, own.statistics, "{representation:?}");
+            let colors = host.pixels(textures.color())?;
+            let same = colors.iter().zip(own.rgb.as_chunks::<3>().0);
+            let apart = same.filter(|(a, b)| a[..3] != b[..]).count();
+            assert_eq!(apart, 0, "{representation:?}, {mode:?}");
+            assert!(colors.iter().all(|color| color[3] == 255));
+            let kept = host.pixels(textures.distance())?.into_iter();
+            let kept: Vec<f32> = kept
+                .map(f32::from_le_bytes)
+                .map(|own| if own == f32::MAX { f32::INFINITY } else { own })
+                .collect();
+            assert_eq!(kept, distances, "{representation:?}, {mode:?}");
+            assert!(kept.iter().any(|own| own.is_finite()));
+        }
+    }
+    Ok(())
+}
+
+/// Odd sizes and worlds on the CPU are refused.
+#[test]
+fn odd_textures_are_refused() -> Outcome {
+    let host = Host::new([70, 50])?;
+    let (_, engine) = host.engine()?;
+    for size in [[0, 50], [70, 0], [1 << 20, 50]] {
+        let refused = ImageTextures::new(&host.device, size);
+        assert!(matches!(refused, Err(GpuError::ImageSize { .. })));
+    }
+    let textures = ImageTextures::new(&host.device, [70, 51])?;
+    let scene = scene()?;
+    let world = engine.build(&scene)?.bricks(40)?;
+    let settings = world.render_settings(host.size, RenderMode::Normal);
+    let refused = world.render_into(&world.camera(), &settings, &textures);
+    let message = refused.expect_err("another size").to_string();
+    assert!(
+        message.contains("70x50") && message.contains("70x51"),
+        "{message}"
+    );
+    let on_cpu = Engine::cpu().build(&scene)?.bricks(40)?;
+    let refused = on_cpu.render_into(&on_cpu.camera(), &settings, &textures);
+    assert!(matches!(refused, Err(RenderError::NotOnGpu)));
+    // The device is as it was.
+    let textures = ImageTextures::new(&host.device, host.size)?;
+    world.render_into(&world.camera(), &settings, &textures)?;
+    Ok(())
+}
+
+/// An image is one submission, creates no buffer after the first, and only counts of steps come back, however large it is.
+#[test]
+fn no_pixel_comes_back() -> Outcome {
+    let host = Host::new([320, 200])?;
+    let (gpu, engine) = host.engine()?;
+    let world = engine.build(&scene()?)?.bricks(40)?;
+    let mut asked = Vec::new();
+    for size in [[32, 20], host.size] {
+        let textures = ImageTextures::new(&host.device, size)?;
+        let settings = world.render_settings(size, RenderMode::Shaded);
+        let draw = || world.render_into(&world.camera(), &settings, &textures);
+        draw()?;
+        let before = gpu.counters();
+        draw()?;
+        let own = gpu.counters().since(before);
+        assert_eq!([own.submissions, own.buffers, own.pipelines], [1, 0, 0]);
+        asked.push(own.bytes_read);
+    }
+    assert_eq!(asked[0], asked[1]);
+    // A picture on the CPU has its pixels.
+    let settings = world.render_settings(host.size, RenderMode::Shaded);
+    let before = gpu.counters();
+    world.render(&world.camera(), &settings)?;
+    let own = gpu.counters().since(before);
+    assert_eq!(own.bytes_read, asked[0] + 4 * 320 * 200);
+    Ok(())
+}
