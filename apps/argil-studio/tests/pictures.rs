@@ -92,7 +92,7 @@ fn the_gpu_of_the_window_draws_the_same() {
         });
         desk.press(Modifiers::NONE, Key::I);
         desk.click("Bricks");
-        desk.click("Normals");
+        desk.click("Normal");
         let mut views = vec![picture(&mut desk)];
         desk.press(Modifiers::NONE, Key::V);
         views.push(picture(&mut desk));

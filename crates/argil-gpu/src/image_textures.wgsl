@@ -1,7 +1,7 @@
 // Copies a frame into textures that stay on the device. One pixel per thread.
 
 // The greatest 32-bit number stands for no hit: WGSL has no infinity.
-const NO_HIT: f32 = 3.40282347e38;
+const NO_HIT: f32 = 0x1.fffffep+127f;
 
 @compute @workgroup_size(8, 8)
 fn keep_distances(@builtin(global_invocation_id) id: vec3<u32>) {
