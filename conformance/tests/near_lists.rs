@@ -11,7 +11,7 @@ use argil_render::{Camera, RenderMode, RenderSettings, frame_uniforms};
 use glam::Vec3;
 use std::sync::Arc;
 
-const POINTS: usize = 1500;
+const POINTS: usize = 600;
 /// A software device evaluates no longer programs.
 const MOST_ITERATIONS: u64 = 2800;
 

@@ -121,7 +121,7 @@ fn boxes_of_random_scenes_bound_their_distances() {
 /// Exact: after any edit of any row, bricks equal a fresh bake. The example `random_edits` runs as many as one wants.
 #[test]
 fn random_edits_of_all_rows_equal_a_fresh_bake() {
-    let sessions = (0..400)
+    let sessions = (0..200)
         .into_par_iter()
         .map(|seed| random_session(seed, 20));
     let sessions: Vec<_> = sessions.collect();

@@ -14,7 +14,7 @@ const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 const WORLD: &str = "--features=argil-cli/world,argil/zarr";
 
 /// Seconds per fuzz target, of which each core runs one at a time. `cargo xtask fuzz` runs them for longer.
-const FUZZ_SECONDS: &str = "20";
+const FUZZ_SECONDS: &str = "8";
 
 /// Crates that nobody else can use: programs, and their tests and tasks.
 const PRIVATE: &[&str] = &[

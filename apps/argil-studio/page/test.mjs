@@ -6,7 +6,7 @@ import { launch } from "./browser.mjs";
 
 const [url, executablePath, pictures, world] = process.argv.slice(2);
 const browser = await launch(executablePath);
-const context = await browser.newContext({ viewport: { width: 960, height: 640 }, acceptDownloads: true });
+const context = await browser.newContext({ viewport: { width: 800, height: 560 }, acceptDownloads: true });
 // A machine without a GPU, with other work, takes its time.
 context.setDefaultTimeout(180_000);
 const page = await context.newPage();
@@ -76,6 +76,7 @@ const entries = async () => JSON.parse((await kept()) ?? "{}").brushes ?? [];
 // The picture without the readings over it, in full.
 const picture = async () => {
   await settled();
+  assert.equal(await fault(), "");
   const { x, y, width, height } = await middleOf("Viewport");
   const clip = { x: x - width / 4, y: y - height / 4, width: width / 2, height: height / 2 };
   return page.screenshot({ clip });
@@ -92,7 +93,11 @@ const download = async (menu, item) => {
   const file = await waiting;
   return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
 };
-const step = (what) => console.log(`  ${what}`);
+let begun = Date.now();
+const step = (what) => {
+  console.log(`  ${what}: ${((Date.now() - begun) / 1000).toFixed(0)} s`);
+  begun = Date.now();
+};
 
 await page.goto(url);
 await middleOf("Viewport");
@@ -149,7 +154,6 @@ step("exported the scene, a mesh and a picture");
 for (const pipeline of ["Field", "Dense", "Octree", "Mesh", "Bricks", "Levels"]) {
   await click(pipeline);
   await picture();
-  assert.equal(await fault(), "");
 }
 step("drew it by all five pipelines");
 

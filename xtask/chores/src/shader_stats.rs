@@ -197,21 +197,32 @@ fn on_all_cores<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Compiles on all cores. Returns one row per entry point, in order.
+/// Compiles on all cores. Returns one row per entry point, in order. Modules that share a pass share its statistics.
 fn compiled(compiler: &Compiler, all: &[Work]) -> anyhow::Result<Vec<table::Row>> {
-    let row = |index: usize| {
-        let work = &all[index];
-        let statistics = compiler.compile(&work.words, &work.resolved, work.entry_point);
+    let mut distinct: HashMap<&[u32], usize> = HashMap::new();
+    let mut first = Vec::new();
+    for (index, work) in all.iter().enumerate() {
+        distinct.entry(&work.words).or_insert_with(|| {
+            first.push(index);
+            first.len() - 1
+        });
+    }
+    let statistics = |index: usize| {
+        let work = &all[first[index]];
         let name = || format!("{} {}", work.module, work.entry_point);
-        Ok(table::Row {
-            scenes: work.scenes.join(" "),
-            module: work.module.clone(),
-            entry_point: work.entry_point.to_owned(),
-            group: work.group,
-            statistics: statistics.with_context(name)?,
-        })
+        let statistics = compiler.compile(&work.words, &work.resolved, work.entry_point);
+        statistics.with_context(name)
     };
-    on_all_cores(all.len(), row).into_iter().collect()
+    let statistics = on_all_cores(first.len(), statistics).into_iter();
+    let statistics: Vec<_> = statistics.collect::<anyhow::Result<_>>()?;
+    let row = |work: &Work| table::Row {
+        scenes: work.scenes.join(" "),
+        module: work.module.clone(),
+        entry_point: work.entry_point.to_owned(),
+        group: work.group,
+        statistics: statistics[distinct[&work.words[..]]].clone(),
+    };
+    Ok(all.iter().map(row).collect())
 }
 
 /// Returns the SPIR-V of each entry point of a module, with the checks that wgpu asks naga for.
