@@ -46,9 +46,10 @@ pub(crate) fn picture(
         settings(world, plan, (&case.way, &look)),
     );
     out.set("hit_pixels", drawn.hit_pixels as f64);
+    let statistics = drawn.statistics.context("nothing was counted")?;
     for (name, spread) in [
-        ("steps", drawn.statistics.steps),
-        ("descents", drawn.statistics.descents),
+        ("steps", statistics.steps),
+        ("descents", statistics.descents),
     ] {
         out.set(&format!("{name}_mean"), spread.mean);
         out.set(&format!("{name}_p95"), spread.p95);

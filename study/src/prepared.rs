@@ -153,6 +153,8 @@ impl<'a> PreparedCase<'a> {
             samples: 1,
             ground: series.is_lit && own.ground,
             lookup_start: self.case.way.descent(),
+            // A GPU counts in frames that are not timed.
+            statistics: !self.setup.plan.is_gpu,
             ..own
         };
         let first = camera(&world, series.eye);
@@ -245,7 +247,8 @@ impl<'a> PreparedCase<'a> {
                 let start = Instant::now();
                 let drawn = world.render(camera, settings)?;
                 out.add("frame_wall_ms", start.elapsed().as_secs_f64() * 1e3);
-                add_frame(&drawn, out);
+                out.add("frame_ms", drawn.duration_ms);
+                add_statistics(&drawn, out);
                 *hit_pixels += drawn.hit_pixels;
             }
             State::Picture(world, image) => {
@@ -327,10 +330,21 @@ impl<'a> PreparedCase<'a> {
             (State::Build(world), _) => out.about(&world.context("a build failed")?)?,
             (
                 State::Frames {
-                    world, hit_pixels, ..
+                    world,
+                    hit_pixels,
+                    cameras,
+                    settings,
                 },
                 _,
             ) => {
+                let statistics = true;
+                let counted = RenderSettings {
+                    statistics,
+                    ..settings
+                };
+                for camera in cameras.iter().filter(|_| plan.is_gpu) {
+                    add_statistics(&world.render(camera, &counted)?, &mut out);
+                }
                 out.set("hit_pixels", hit_pixels as f64);
                 out.about(&world)?;
             }
@@ -355,9 +369,11 @@ impl<'a> PreparedCase<'a> {
     }
 }
 
-fn add_frame(drawn: &RenderedImage, out: &mut Outcome) {
-    out.add("frame_ms", drawn.duration_ms);
-    let statistics = &drawn.statistics;
+/// Adds what the rays of an image did, if that was counted.
+fn add_statistics(drawn: &RenderedImage, out: &mut Outcome) {
+    let Some(statistics) = &drawn.statistics else {
+        return;
+    };
     for (name, spread) in [
         ("steps", statistics.steps),
         ("samples", statistics.samples),

@@ -30,6 +30,7 @@ pub(crate) fn settings(
         ground: look.is_close && own.ground,
         normals: look.normals,
         lookup_start: way.descent(),
+        statistics: true,
         normal_bias: look.bias_voxels.zip(voxel).map(|(n, voxel)| n * voxel),
         // The study's limit, which its colors represent.
         max_steps: if look.show == RenderMode::Heat {

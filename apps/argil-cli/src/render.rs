@@ -125,7 +125,7 @@ fn draw(
     let mut refined = FillStats::default();
     let Some(count) = options.frames else {
         refined = world.refine(&camera, settings)?;
-        let drawn = world.render(&camera, settings)?;
+        let drawn = world.render(&camera, &counted(settings))?;
         if let Some(path) = picture {
             drawn.save(path)?;
         }
@@ -180,6 +180,14 @@ pub(crate) fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
         samples: options.still.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
+    }
+}
+
+/// Returns settings of an image whose rays are counted.
+fn counted(settings: &RenderSettings) -> RenderSettings {
+    RenderSettings {
+        statistics: true,
+        ..*settings
     }
 }
 
@@ -262,7 +270,13 @@ impl<'a> Reel<'a> {
     }
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {
-        let drawn = world.render(camera, self.settings)?;
+        let is_last = self.progress.length() == Some(self.times.len() as u64 + 1);
+        let settings = if is_last {
+            counted(self.settings)
+        } else {
+            *self.settings
+        };
+        let drawn = world.render(camera, &settings)?;
         if let Some(path) = self.path {
             drawn.save(numbered(path, self.times.len()))?;
         }
@@ -270,7 +284,7 @@ impl<'a> Reel<'a> {
         self.coarse.extend(world.levels().map(Levels::coarse_share));
         self.last = Some(drawn);
         self.progress.inc(1);
-        if self.progress.length() == Some(self.times.len() as u64) {
+        if is_last {
             self.progress.finish_and_clear();
         }
         Ok(())
@@ -313,6 +327,7 @@ fn json_report(
 ) -> anyhow::Result<Value> {
     let engine = world.engine();
     let kept = world.representation();
+    let statistics = drawn.statistics.context("no ray was counted")?;
     let mut report = json!({
         "device": engine.device(),
         "device_reason": engine.selection_reason(),
@@ -323,8 +338,8 @@ fn json_report(
         "frame_ms": output::times(frame_ms),
         "frames": frame_ms.len(),
         "edit_ms": (!edit_ms.is_empty()).then(|| output::times(edit_ms)),
-        "steps": output::spread(drawn.statistics.steps),
-        "fetches": output::spread(drawn.statistics.steps),
+        "steps": output::spread(statistics.steps),
+        "fetches": output::spread(statistics.steps),
         "memory_bytes": world.memory_bytes(),
         "gpu": output::gpu_counters(world.engine()),
         "hit_pixels": drawn.hit_pixels,
@@ -333,7 +348,6 @@ fn json_report(
     if let Some(all) = report.as_object_mut()
         && kept != Representation::Field
     {
-        let statistics = &drawn.statistics;
         all.insert("resolution".into(), json!(world.resolution()));
         all.insert("stages_ms".into(), output::stages(world.build_timings()));
         for (key, spread) in [
@@ -391,7 +405,8 @@ fn report(
         return Ok(());
     }
     let [w, h] = drawn.size;
-    let steps = drawn.statistics.steps;
+    let statistics = drawn.statistics.context("no ray was counted")?;
+    let steps = statistics.steps;
     if let Some(path) = picture {
         output::line(&format!("{} ({w}x{h})", path.display()));
     }
@@ -434,7 +449,7 @@ fn report(
         }
     }
     if matches!(kept, Representation::Octree(_)) {
-        let counts = &drawn.statistics;
+        let counts = &statistics;
         output::line(&format!(
             "of them, means: {:.1} samples, {:.1} nodes, {:.1} cells",
             counts.samples.mean, counts.descents.mean, counts.cells.mean

@@ -24,6 +24,8 @@ pub(crate) struct RenderRequest {
     pub is_still: bool,
     /// Whether the final image is path traced.
     pub traces_paths: bool,
+    /// Whether what rays do is counted.
+    pub counts_rays: bool,
     /// Version of the document at the request.
     pub version: u64,
 }
@@ -55,8 +57,8 @@ pub(crate) struct WorkerImage {
     pub frame_ms: f64,
     /// Total duration of edits since the last image in milliseconds. `None` without edits.
     pub edit_ms: Option<f64>,
-    /// Steps of primary rays.
-    pub steps: Percentiles,
+    /// Steps of primary rays, if they were counted.
+    pub steps: Option<Percentiles>,
     /// Memory of the representation.
     pub memory_bytes: u64,
     /// Number of bricks, if it has any.

@@ -271,6 +271,7 @@ mod tests {
             size: [40, 30],
             is_still: true,
             traces_paths: false,
+            counts_rays: false,
             version: 0,
         };
         let mut renderer = RenderThread::new(Engine::cpu(), None, || {});

@@ -244,7 +244,7 @@ impl RenderWorker {
             pixels,
             frame_ms: report.duration_ms,
             edit_ms,
-            steps: report.statistics.steps,
+            steps: report.statistics.map(|counted| counted.steps),
             memory_bytes: world.memory_bytes(),
             bricks,
             missing,
@@ -320,6 +320,7 @@ fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
         } else {
             own.max_steps
         },
+        statistics: request.counts_rays,
         ..own
     }
 }
@@ -340,6 +341,7 @@ mod tests {
             size: [80, 60],
             is_still: true,
             traces_paths: false,
+            counts_rays: true,
             version: 0,
         }
     }

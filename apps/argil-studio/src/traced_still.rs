@@ -3,7 +3,7 @@
 use crate::pipeline::Pipeline;
 use crate::render_worker::{Pixels, RenderRequest, WorkerImage};
 use argil::render::{
-    Development, Percentiles, RenderMode, Still, StillOptions, denoised, developed,
+    Development, RenderMode, Still, StillOptions, denoised, developed,
 };
 use argil::scene::Scene;
 use argil::{Engine, World};
@@ -89,11 +89,7 @@ impl TracedStill {
             },
             frame_ms: self.frame_ms,
             edit_ms: None,
-            steps: Percentiles {
-                mean: 0.0,
-                p95: 0.0,
-                max: 0.0,
-            },
+            steps: None,
             memory_bytes: self.world.memory_bytes(),
             bricks: None,
             missing: u64::from(PATHS - self.still.samples().min(PATHS)),
@@ -121,6 +117,7 @@ mod tests {
             size: [24, 18],
             is_still: true,
             traces_paths: true,
+            counts_rays: false,
             version: 0,
         };
         let mut place = None;

@@ -105,6 +105,7 @@ impl ViewState {
             size,
             is_still,
             traces_paths: self.traces_paths,
+            counts_rays: session.preferences.readings,
             version: session.version,
         };
         let wanted = request(full, true);
@@ -404,10 +405,12 @@ impl ViewState {
                 p.size[1],
                 p.frame_ms
             ));
-            lines.push(format!(
-                "steps {:.1} · p95 {:.0} · max {:.0}",
-                p.steps.mean, p.steps.p95, p.steps.max
-            ));
+            lines.extend(p.steps.map(|steps| {
+                format!(
+                    "steps {:.1} · p95 {:.0} · max {:.0}",
+                    steps.mean, steps.p95, steps.max
+                )
+            }));
             let mut held = format!("{:.1} MiB", p.memory_bytes as f64 / f64::from(1 << 20));
             if let Some(bricks) = p.bricks {
                 held += &format!(" · {bricks} bricks");

@@ -80,6 +80,9 @@ const HIT_OUTSIDE: u32 = 1u;
 const HIT_INSIDE: u32 = 2u;
 const HIT_GROUND: u32 = 3u;
 const HIT_PENDING: u32 = 4u;
+const HIT_KIND_BIT: u32 = 1073741824u;
+const RECORD_HITS: u32 = 1u;
+const RECORD_COUNTS: u32 = 2u;
 const GPU_STACK_SLOTS: u32 = 32u;
 const DESCENT_ROOT: u32 = 0u;
 const DESCENT_PATH: u32 = 1u;
@@ -265,7 +268,7 @@ struct FrameUniform {
     eye_right: vec3<f32>,
     close_slope: f32,
     eye_up: vec3<f32>,
-    pad0: u32,
+    records: u32,
     sun_light: vec3<f32>,
     exposure: f32,
     zenith: vec3<f32>,
@@ -281,17 +284,6 @@ struct FrameUniform {
     fog_anisotropy: f32,
     has_bent_normals: u32,
     lamps: array<vec4<f32>, 32>,
-}
-struct Hit {
-    normal_t: vec4<f32>,
-    kind: u32,
-    steps: u32,
-    sun_share: f32,
-    sun_t: f32,
-    descents: u32,
-    cells: u32,
-    id: u32,
-    deferred: u32,
 }
 struct QueryPoint {
     point: vec4<f32>,

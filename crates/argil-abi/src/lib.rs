@@ -2,6 +2,7 @@
 
 mod bindings;
 mod declare;
+mod hit;
 mod layout;
 mod op;
 mod paths;
@@ -10,6 +11,7 @@ mod tuning;
 mod volumes;
 
 pub use bindings::*;
+pub use hit::*;
 pub use layout::StructLayout;
 pub use op::*;
 pub use paths::*;

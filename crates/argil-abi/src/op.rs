@@ -170,6 +170,12 @@ constants! { FLAGS:
     HIT_GROUND = 3;
     /// The ray has hit nothing yet, and continues in the next dispatch.
     HIT_PENDING = 4;
+    /// The bits of a stored hit's normal that carry its kind: numbers below 2 leave them free.
+    HIT_KIND_BIT = 1073741824;
+    /// Stored of the rays: hits.
+    RECORD_HITS = 1;
+    /// Stored of the rays: also what they did.
+    RECORD_COUNTS = 2;
     /// Slots of the GPU interpreter's stacks of values and of points.
     GPU_STACK_SLOTS = 32;
     /// Each look-up in the octree starts at the root.

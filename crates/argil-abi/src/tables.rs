@@ -102,8 +102,8 @@ shared_struct! {
         close_slope: f32,
         /// The same to the image's top.
         eye_up: [f32; 3],
-        /// Zero.
-        pad0: u32,
+        /// `RECORD_…` bits: what of the rays is stored.
+        records: u32,
         /// The sun's light: irradiance divided by π / 2.
         sun_light: [f32; 3],
         /// The factor of all light.
@@ -134,31 +134,6 @@ shared_struct! {
         has_bent_normals: u32,
         /// Four rows for each lamp, as those of `LIGHT_…`.
         lamps: [[f32; 4]; LAMP_ROWS],
-    }
-}
-
-shared_struct! {
-    /// What a primary ray hit.
-    Hit {
-        /// Unit normal toward the viewer, then the length of the ray. All zero if nothing was hit.
-        normal_t: [f32; 4],
-        /// A `HIT_…`.
-        kind: u32,
-        /// Everything that the ray looked up: samples, nodes and cells. The normal's samples do not count.
-        steps: u32,
-        /// On the GPU, how much of the sun the point sees; else 0.
-        sun_share: f32,
-        /// On the GPU, how far that search has come, negative once it is done; else 0.
-        sun_t: f32,
-        /// Of the steps, nodes of a tree that were visited.
-        descents: u32,
-        /// Of the steps, cells of a grid that were crossed.
-        cells: u32,
-        /// An id that is shown as a color: 1 and the index of a sparse brick's word, or the Morton code of an
-        /// octree's brick or of a node above bricks; else 0.
-        id: u32,
-        /// On the GPU, an entry in the list of pixels whose materials the field gives; else 0.
-        deferred: u32,
     }
 }
 
@@ -313,7 +288,6 @@ pub(crate) const STRUCTS: &[(StructLayout, &[&str])] = &[
     (Instruction::LAYOUT, Instruction::FIELD_TYPES),
     (GpuMaterial::LAYOUT, GpuMaterial::FIELD_TYPES),
     (FrameUniform::LAYOUT, FrameUniform::FIELD_TYPES),
-    (Hit::LAYOUT, Hit::FIELD_TYPES),
     (QueryPoint::LAYOUT, QueryPoint::FIELD_TYPES),
     (QueryResult::LAYOUT, QueryResult::FIELD_TYPES),
     (DenseUniform::LAYOUT, DenseUniform::FIELD_TYPES),

@@ -40,7 +40,7 @@ pub(crate) const FRAME_WGSL: &str = "
 ";
 
 pub(crate) const PICTURE_WGSL: &str = "
-@group(0) @binding(BIND_HITS) var<storage, read_write> hits: array<Hit>;
+@group(0) @binding(BIND_HITS) var<storage, read_write> hits: array<vec4<u32>>;
 @group(0) @binding(BIND_COLORS) var<storage, read_write> colors: array<vec4<f32>>;
 ";
 

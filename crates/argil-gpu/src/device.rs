@@ -168,7 +168,7 @@ impl Gpu {
         let bytes = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        bytes / size_of::<argil_abi::Hit>() as u64
+        bytes / (argil_abi::MAX_RECORDS * argil_abi::RECORD_BYTES)
     }
 
     /// Runs `work` and turns wgpu's errors into an error. In a browser, the next [`Gpu::wait`] reports them.

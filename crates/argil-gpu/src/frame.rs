@@ -11,13 +11,10 @@ use crate::storage_buffer::StorageBuffer;
 use crate::timing::Timing;
 use crate::trace_mode::BoundResource;
 use crate::{Gpu, GpuError};
-use argil_abi::{FrameUniform, Hit};
+use argil_abi::{FrameUniform, Hit, RECORD_BYTES};
 use argil_render::{RayStatistics, RenderOutput};
 use web_time::Instant;
 
-/// Histograms of what rays did: steps of rays that looked up only distances, and for the others steps, samples,
-/// nodes and cells.
-const HISTOGRAMS: u64 = 5;
 /// The initial dispatch size: no active blocks of pixels.
 const NO_BLOCKS: [u32; 4] = [0, 1, 1, 0];
 
@@ -38,8 +35,8 @@ pub(crate) struct FrameBuffers {
     stride: u32,
     bytes: Vec<u8>,
     timing: Option<Timing>,
-    /// The image and the counts on their way to the CPU.
-    staging: wgpu::Buffer,
+    /// The image and the counts on their way to the CPU, if there are any.
+    staging: Option<wgpu::Buffer>,
     /// The hits on their way to the CPU, if requested.
     hits_staging: Option<wgpu::Buffer>,
     /// What rays marked, on its way.
@@ -56,7 +53,7 @@ impl FrameBuffers {
         has_cones: bool,
     ) -> Result<Self, GpuError> {
         let pixels = key.pixels();
-        let hit_bytes = pixels * size_of::<Hit>() as u64;
+        let hit_bytes = key.records_per_pixel() * pixels * RECORD_BYTES;
         let table = |what, bytes| -> Result<StorageBuffer, GpuError> {
             let mut table = StorageBuffer::new(what);
             table.reserve_exact(gpu, bytes)?;
@@ -67,7 +64,7 @@ impl FrameBuffers {
             .map(|n| u64::from(n.div_ceil(GROUP)))
             .iter()
             .product();
-        let count_bytes = 4 * HISTOGRAMS * u64::from(key.bins());
+        let count_bytes = key.count_bytes();
         let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment;
         let stride = (size_of::<FrameUniform>() as u32).next_multiple_of(alignment);
         let buffer = |label, size: u64, usage| {
@@ -101,11 +98,10 @@ impl FrameBuffers {
             stride,
             bytes,
             timing: timing_of(gpu, &key, &recording)?,
-            staging: buffer(
-                "picture on its way",
-                key.staged_pixels() + count_bytes,
-                read,
-            )?,
+            staging: match key.staged_pixels() + count_bytes {
+                0 => None,
+                bytes => Some(buffer("picture on its way", bytes, read)?),
+            },
             hits_staging: match key.goes {
                 Destination::CpuWithHits => Some(buffer("hits on their way", hit_bytes, read)?),
                 _ => None,
@@ -120,9 +116,11 @@ impl FrameBuffers {
     /// Whether the buffers fit such a frame.
     pub(crate) fn fits(&self, key: &FrameKey) -> bool {
         let own = &self.key;
-        let layers = |key: &FrameKey| key.more.color_layers();
-        (own.size, own.max_steps, own.goes) == (key.size, key.max_steps, key.goes)
-            && layers(own) == layers(key)
+        let bytes = |key: &FrameKey| {
+            let layers = key.more.color_layers();
+            [layers, key.records_per_pixel(), key.count_bytes()]
+        };
+        (own.size, own.goes) == (key.size, key.goes) && bytes(own) == bytes(key)
     }
 
     /// Uses the recording of another frame that fits, for example after an edit changed the length of the program.
@@ -218,6 +216,7 @@ impl FrameBuffers {
                 first_row: dispatch.first_row,
                 first_step: dispatch.first_step,
                 step_count: dispatch.step_count,
+                records: self.key.records,
                 ..frames[dispatch.sample]
             };
             bytes[..size_of::<FrameUniform>()].copy_from_slice(bytemuck::bytes_of(&frame));
@@ -329,13 +328,14 @@ impl FrameBuffers {
         if let (Some(marks), Some(staging)) = (marks, &self.marks_staging) {
             encoder.copy_buffer_to_buffer(marks, 0, staging, 0, staging.size());
         }
-        if let (Some(pixels), Some(counts)) = (self.pixels.buffer(), self.counts.buffer()) {
-            let first = self.key.staged_pixels();
-            if first > 0 {
-                encoder.copy_buffer_to_buffer(pixels, 0, &self.staging, 0, first);
-            }
-            let rest = self.staging.size() - first;
-            encoder.copy_buffer_to_buffer(counts, 0, &self.staging, first, rest);
+        let Some(staging) = &self.staging else { return };
+        let first = self.key.staged_pixels();
+        if let Some(pixels) = self.pixels.buffer().filter(|_| first > 0) {
+            encoder.copy_buffer_to_buffer(pixels, 0, staging, 0, first);
+        }
+        let rest = staging.size() - first;
+        if let Some(counts) = self.counts.buffer().filter(|_| rest > 0) {
+            encoder.copy_buffer_to_buffer(counts, 0, staging, first, rest);
         }
     }
 
@@ -345,7 +345,8 @@ impl FrameBuffers {
         let tables = [&self.hits, &self.colors, &self.counts, &self.pixels];
         let tables = tables.into_iter().filter_map(StorageBuffer::buffer);
         tables
-            .chain([&self.frames, &self.staging])
+            .chain([&self.frames])
+            .chain(&self.staging)
             .cloned()
             .collect()
     }
@@ -354,34 +355,41 @@ impl FrameBuffers {
         let (pixels, bins) = (self.key.pixels(), self.key.bins() as usize);
         let (mut rgb, mut hit_pixels) = (Vec::with_capacity(self.key.staged_pixels() as usize), 0);
         let mut histograms: Vec<u32> = Vec::new();
-        gpu.take_staged(self.staging.slice(..), |bytes| {
-            let (picture, counts) = bytes.split_at(self.key.staged_pixels() as usize);
-            for &[r, g, b, is_hit] in picture.as_chunks::<4>().0 {
-                rgb.extend([r, g, b]);
-                hit_pixels += usize::from(is_hit);
-            }
-            let words = counts.as_chunks::<4>().0;
-            histograms.extend(words.iter().map(|&word| u32::from_le_bytes(word)));
-        })
-        .await?;
+        if let Some(staging) = &self.staging {
+            gpu.take_staged(staging.slice(..), |bytes| {
+                let (picture, counts) = bytes.split_at(self.key.staged_pixels() as usize);
+                for &[r, g, b, is_hit] in picture.as_chunks::<4>().0 {
+                    rgb.extend([r, g, b]);
+                    hit_pixels += usize::from(is_hit);
+                }
+                let words = counts.as_chunks::<4>().0;
+                histograms.extend(words.iter().map(|&word| u32::from_le_bytes(word)));
+            })
+            .await?;
+        }
         let mut hits = Vec::new();
         if let Some(staging) = &self.hits_staging {
             gpu.take_staged(staging.slice(..), |bytes| {
-                let each = bytes.chunks_exact(size_of::<Hit>());
-                hits.extend(each.map(|bytes| Hit {
-                    deferred: 0,
-                    ..bytemuck::pod_read_unaligned::<Hit>(bytes)
-                }));
+                let records = bytes.as_chunks::<{ RECORD_BYTES as usize }>().0;
+                let record = |bytes| bytemuck::pod_read_unaligned::<[u32; 4]>(bytes);
+                let first = records.len() - pixels as usize;
+                let each = records.iter().zip(&records[first..]).take(pixels as usize);
+                hits.extend(
+                    each.map(|(surface, counts)| {
+                        Hit::from_records(record(surface), record(counts))
+                    }),
+                );
             })
             .await?;
         }
         let mut each = histograms.chunks_exact(bins);
         let histograms = std::array::from_fn(|_| each.next().unwrap_or_default());
+        let statistics = RayStatistics::of_histograms(pixels, histograms);
         Ok(RenderOutput {
             size: self.key.size,
             rgb,
             hits,
-            statistics: RayStatistics::of_histograms(pixels, histograms),
+            statistics: self.key.has_statistics.then_some(statistics),
             hit_pixels,
         })
     }

@@ -1,6 +1,6 @@
 //! The dispatches of a sample of an image.
 
-use crate::recording::{FrameKey, GROUP};
+use crate::recording::{Destination, FrameKey, GROUP};
 use crate::trace_mode::TraceMode;
 use argil_abi::FOG_PLACES;
 
@@ -66,6 +66,26 @@ pub(crate) fn entry_points(way: &TraceMode, has_more: bool) -> Vec<&'static str>
 fn is_shown_at_once(way: &TraceMode, key: &FrameKey) -> bool {
     let has_normals = !way.has_cones || key.normals != argil_abi::NORMALS_FIELD;
     way.marches_at_once() && has_normals && key.show != argil_abi::MODE_SHADED
+}
+
+/// Returns the `RECORD_…` bits of a frame: what is stored of its rays.
+pub(crate) fn records(way: &TraceMode, key: &FrameKey) -> u32 {
+    use argil_abi::{MODE_BRICKS, MODE_HEAT, MODE_LEVELS, MODE_NODES};
+    let is_shown = is_shown_at_once(way, key);
+    let shows_counts = matches!(key.show, MODE_HEAT | MODE_BRICKS | MODE_NODES | MODE_LEVELS);
+    // A march of several dispatches stores its state.
+    let goes_on = way.is_exact && key.field.1 < key.max_steps;
+    let has_counts = key.has_statistics
+        || key.goes == Destination::CpuWithHits
+        || goes_on
+        || !is_shown && shows_counts;
+    if has_counts {
+        argil_abi::RECORD_HITS | argil_abi::RECORD_COUNTS
+    } else if !is_shown || key.goes != Destination::Cpu {
+        argil_abi::RECORD_HITS
+    } else {
+        0
+    }
 }
 
 /// What the threads of a dispatch have.
@@ -221,7 +241,6 @@ pub(crate) fn band_rows(key: &FrameKey, has_cones: bool) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Destination;
 
     /// Bands have whole workgroups, and all of them cover the image.
     #[test]
@@ -242,6 +261,8 @@ mod tests {
                 field: (length, 1),
                 goes: Destination::Cpu,
                 more: Default::default(),
+                has_statistics: false,
+                records: 0,
             };
             for (has_cones, step) in [(false, GROUP), (true, GROUP * GROUP)] {
                 let rows = band_rows(&key, has_cones);

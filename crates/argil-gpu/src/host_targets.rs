@@ -7,7 +7,7 @@ use argil_render::wgsl;
 const BINDS_WGSL: &str = "
 @group(0) @binding(0) var<uniform> frame: FrameUniform;
 @group(0) @binding(1) var<uniform> host_view: HostView;
-@group(0) @binding(2) var<storage, read> hits: array<Hit>;
+@group(0) @binding(2) var<storage, read> hits: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> colors: array<vec4<f32>>;
 ";
 
@@ -67,6 +67,7 @@ impl HostTargets {
         let source = [
             &argil_abi::wgsl(),
             BINDS_WGSL,
+            wgsl::HIT_RECORDS,
             wgsl::CAMERA,
             wgsl::COMPOSITE,
         ]

@@ -4,9 +4,10 @@ use crate::bindings::{Bind, FRAME, FRAME_WGSL, HITS, KEPT_COLORS, KEPT_DISTANCES
 use crate::pass_module::{PassModule, Passes};
 use crate::{Gpu, GpuError};
 use argil_abi::FrameUniform;
+use argil_render::wgsl;
 
 const BINDINGS_WGSL: &str = "
-@group(0) @binding(BIND_HITS) var<storage, read> hits: array<Hit>;
+@group(0) @binding(BIND_HITS) var<storage, read> hits: array<vec4<u32>>;
 @group(0) @binding(BIND_PIXELS) var<storage, read> pixels: array<u32>;
 @group(0) @binding(BIND_KEPT_COLORS) var kept_colors: texture_storage_2d<rgba8unorm, write>;
 @group(0) @binding(BIND_KEPT_DISTANCES) var kept_distances: texture_storage_2d<r32float, write>;
@@ -134,6 +135,7 @@ pub(crate) fn textures_module() -> PassModule {
         &argil_abi::wgsl(),
         FRAME_WGSL,
         BINDINGS_WGSL,
+        wgsl::HIT_RECORDS,
         include_str!("image_textures.wgsl"),
     ];
     let binds = vec![

@@ -8,7 +8,7 @@ fn keep_distances(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.width || id.y >= frame.height {
         return;
     }
-    let hit = hits[id.y * frame.width + id.x];
+    let hit = hit_of(hits[id.y * frame.width + id.x]);
     let is_solid = hit.kind == HIT_OUTSIDE || hit.kind == HIT_INSIDE;
     textureStore(kept_distances, id.xy, vec4(select(NO_HIT, hit.normal_t.w, is_solid)));
 }

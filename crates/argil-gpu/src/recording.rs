@@ -1,10 +1,16 @@
 //! A frame as data: its passes in order.
 
+use crate::frame_stages::records;
 use crate::image_textures::ImageOutput;
+use crate::trace_mode::TraceMode;
 use argil_abi::FrameUniform;
 
 /// Bins of a histogram beyond a ray's maximum steps, for what the last step looks up.
 pub(crate) const MARGIN: u32 = 64;
+
+/// Histograms of what rays did: steps of rays that looked up only distances, and for the others steps, samples,
+/// nodes and cells.
+const HISTOGRAMS: u64 = 5;
 
 /// Side of a workgroup.
 pub(crate) const GROUP: u32 = 8;
@@ -81,9 +87,53 @@ pub(crate) struct FrameKey {
     pub field: (usize, u32),
     pub goes: Destination,
     pub more: MoreLight,
+    /// Whether what rays did is counted.
+    pub has_statistics: bool,
+    /// `RECORD_…` bits.
+    pub records: u32,
 }
 
 impl FrameKey {
+    /// Returns what the recording of a frame depends on, of which the first sample tells. `field` is as in the key.
+    pub(crate) fn new(
+        way: &TraceMode,
+        frames: &[FrameUniform],
+        field: (usize, u32),
+        goes: Destination,
+    ) -> Self {
+        let first = frames.first().copied().unwrap_or_default();
+        let key = Self {
+            size: [first.width, first.height],
+            samples: frames.len(),
+            show: first.mode,
+            normals: first.normals,
+            has_ground: first.has_ground != 0,
+            max_steps: first.max_steps,
+            field,
+            goes,
+            more: MoreLight::of(&first),
+            has_statistics: first.records & argil_abi::RECORD_COUNTS != 0,
+            records: 0,
+        };
+        let records = records(way, &key);
+        Self { records, ..key }
+    }
+
+    /// Returns the records that are stored of each pixel.
+    pub(super) fn records_per_pixel(&self) -> u64 {
+        let each = match self.records {
+            0 => return 0,
+            bits if bits & argil_abi::RECORD_COUNTS != 0 => 2,
+            _ => 1,
+        };
+        each + u64::from(self.show == argil_abi::MODE_SHADED)
+    }
+
+    /// Returns the bytes of what rays did, or 0 if that is not counted.
+    pub(super) fn count_bytes(&self) -> u64 {
+        u64::from(self.has_statistics) * 4 * HISTOGRAMS * u64::from(self.bins())
+    }
+
     /// Returns the bins of a histogram.
     pub(super) fn bins(&self) -> u32 {
         self.max_steps.saturating_add(MARGIN)

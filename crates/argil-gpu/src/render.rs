@@ -137,6 +137,7 @@ pub(crate) fn frame_module(field_wgsl: &str, way: &TraceMode, has_more: bool) ->
         TABLES_WGSL,
         FRAME_WGSL,
         PICTURE_WGSL,
+        wgsl::STORED_HITS,
         &(way.tables)(),
         field_wgsl,
         wgsl::CAMERA,
@@ -219,21 +220,10 @@ impl RenderPasses {
         kept: Option<FrameBuffers>,
     ) -> Result<FrameBuffers, GpuError> {
         let gpu = field.gpu();
-        let first = frames.first().copied().unwrap_or_default();
-        if first.normals == argil_abi::NORMALS_FIELD {
+        let key = FrameKey::new(self.way, frames, (field.length(), field.budget), goes);
+        if key.normals == argil_abi::NORMALS_FIELD {
             field.check_length()?;
         }
-        let key = FrameKey {
-            size: [first.width, first.height],
-            samples: frames.len(),
-            show: first.mode,
-            normals: first.normals,
-            has_ground: first.has_ground != 0,
-            max_steps: first.max_steps,
-            field: (field.length(), field.budget),
-            goes,
-            more: MoreLight::of(&first),
-        };
         let record = || self.record(&key, gpu.info.kind == DeviceKind::Software);
         match kept.filter(|target| target.fits(&key)) {
             Some(mut target) => {
@@ -343,7 +333,9 @@ fn last_steps(key: &FrameKey, sample: usize, dispatch: usize) -> Vec<FrameStep> 
         return steps;
     }
     if sample == 0 {
-        steps.push(FrameStep::Count(dispatch));
+        if key.has_statistics {
+            steps.push(FrameStep::Count(dispatch));
+        }
         match key.goes {
             Destination::CpuWithHits => steps.push(FrameStep::KeepHits),
             Destination::Textures => steps.push(FrameStep::KeepDistances(dispatch)),
@@ -427,6 +419,7 @@ mod tests {
         let camera = Camera::orbit(program.aabb(), [30.0, 20.0, 2.5], 45.0);
         let settings = RenderSettings {
             size: [75, 50],
+            statistics: true,
             ..RenderSettings::default()
         };
         let all = frame_uniforms(&settings, &camera, &program, None, program.aabb());
@@ -434,7 +427,7 @@ mod tests {
         let (picture, _) = drawn.expect("a picture");
         let steps = picture.hits.iter().map(|hit| f64::from(hit.steps));
         let sum: f64 = steps.clone().sum();
-        let told = picture.statistics;
+        let told = picture.statistics.expect("statistics");
         assert!(sum > 1000.0 && (told.steps.mean * 3750.0 - sum).abs() < 0.5);
         assert_eq!(told.steps.max, steps.fold(0.0, f64::max));
         assert_eq!((told.samples, told.cells.max), (told.steps, 0.0));

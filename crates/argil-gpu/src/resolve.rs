@@ -15,6 +15,7 @@ pub(crate) fn resolve_module() -> PassModule {
         &argil_abi::wgsl(),
         FRAME_WGSL,
         PICTURE_WGSL,
+        wgsl::HIT_RECORDS,
         RESOLVE_WGSL,
         wgsl::RESOLVE_SAMPLES,
     ];

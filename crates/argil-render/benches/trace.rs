@@ -49,6 +49,7 @@ fn main() {
         size: [side, side],
         mode: RenderMode::Normal,
         max_steps: 4096,
+        statistics: true,
         ..RenderSettings::default()
     };
     let of_field = RenderSettings {
@@ -84,9 +85,10 @@ fn main() {
                 let off = picture.hit_pixels.abs_diff(EXPECTED_HITS);
                 assert!(off < EXPECTED_HITS / 100, "{name}: {}", picture.hit_pixels);
             }
+            let statistics = picture.statistics.expect("it was asked for");
             println!(
                 "{threads} threads, {name}: median {:.1} ms, min {:.1} ms, {} hits, {:.2} steps per ray",
-                times.0, times.1, picture.hit_pixels, picture.statistics.steps.mean
+                times.0, times.1, picture.hit_pixels, statistics.steps.mean
             );
         }
     }

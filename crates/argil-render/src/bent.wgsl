@@ -7,7 +7,7 @@ fn bend_normals(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(id.x, y);
     let p = ray.origin + ray.direction * hit.normal_t.w;
     let n = hit.normal_t.xyz;

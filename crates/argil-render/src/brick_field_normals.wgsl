@@ -7,7 +7,7 @@ fn exact_normals(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    var hit = stored_hit(at);
     if hit.kind != HIT_OUTSIDE && hit.kind != HIT_INSIDE {
         return;
     }
@@ -17,6 +17,7 @@ fn exact_normals(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let normal = field_normal(ray.origin + ray.direction * hit.normal_t.w, select(1.0, -1.0, hit.kind == HIT_INSIDE));
     if any(normal != vec3(0.0)) {
-        hits[at].normal_t = vec4(normal, hit.normal_t.w);
+        hit.normal_t = vec4(normal, hit.normal_t.w);
+        store_surface(at, hit);
     }
 }

@@ -59,7 +59,7 @@ fn drawn(covered: Covered) -> Drawn {
     let size = vec2<f32>(f32(frame.width), f32(frame.height));
     let pixel = vec2<u32>(clamp(covered.place * size, vec2(0.0), size - 1.0));
     let at = pixel.y * frame.width + pixel.x;
-    let hit = hits[at];
+    let hit = hit_of(hits[at]);
     let ray = primary_ray(pixel.x, pixel.y);
     let point = ray.origin + ray.direction * hit.normal_t.w;
     let clip = host_view.clip_from_world * vec4(point, 1.0);

@@ -52,6 +52,6 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
             break;
         }
     }
-    let hit = Hit(vec4(walk.side, 0.0, 0.0, walk.t), kind, steps, 0.0, 0.0, 0u, 0u, 0u, 0u);
+    let hit = Hit(vec4(walk.side, 0.0, 0.0, walk.t), kind, steps, 0u, 0u, 0u);
     end_walk(y * frame.width + id.x, ray, hit, shows);
 }

@@ -21,7 +21,7 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(id.x, y);
     let reach = select(hit.normal_t.w, ENDLESS, hit.kind == HIT_NONE);
     let passed = exp(-fog_depth(ray.origin, ray.direction, reach));

@@ -1,4 +1,4 @@
-use crate::ray_stats::{RayCounts, RayStatistics};
+use crate::ray_stats::RayStatistics;
 use crate::srgb::SRGB;
 use argil_abi::{FrameUniform, Hit, MODE_SHADED};
 
@@ -11,8 +11,8 @@ pub struct RenderOutput {
     pub rgb: Vec<u8>,
     /// What the first sample of each pixel hit, with its steps. Empty unless requested.
     pub hits: Vec<Hit>,
-    /// Statistics of the first sample of each pixel.
-    pub statistics: RayStatistics,
+    /// Statistics of the first sample of each pixel, if requested.
+    pub statistics: Option<RayStatistics>,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
 }
@@ -24,7 +24,7 @@ impl RenderOutput {
             size: [0, 0],
             rgb: Vec::new(),
             hits: Vec::new(),
-            statistics: RayCounts::default().statistics(),
+            statistics: None,
             hit_pixels: 0,
         }
     }

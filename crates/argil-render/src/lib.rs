@@ -58,6 +58,13 @@ pub use view_light::ViewLight;
 pub mod wgsl {
     /// Primary rays.
     pub const CAMERA: &str = include_str!("camera.wgsl");
+    /// Hits as records.
+    pub const HIT_RECORDS: &str = include_str!("hit_records.wgsl");
+    /// Storing and reading them, where passes write them.
+    pub const STORED_HITS: &str = concat!(
+        include_str!("hit_records.wgsl"),
+        include_str!("stored_hits.wgsl")
+    );
     /// Drawing into the targets of a host.
     pub const COMPOSITE: &str = include_str!("composite.wgsl");
     /// Marching through the field.

@@ -29,7 +29,7 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(id.x, y);
     let length = hit.normal_t.w;
     let p = ray.origin + ray.direction * length;

@@ -145,6 +145,6 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
     if mark == 0u {
         normal = vec3(walk.side, 0.0, 0.0);
     }
-    let hit = Hit(vec4(normal, walk.t), kind, steps, 0.0, 0.0, descents, cells, mark, 0u);
+    let hit = Hit(vec4(normal, walk.t), kind, steps, descents, cells, mark);
     end_walk(y * frame.width + id.x, ray, hit, shows);
 }

@@ -18,7 +18,6 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     } else if nearest.w < 0.0 {
         kind = HIT_INSIDE;
     }
-    hits[y * frame.width + id.x] = Hit(
-        vec4(nearest.xyz, abs(nearest.w)), kind, select(0u, 1u, kind != HIT_NONE), 0.0, 0.0, 0u, 0u, 0u, 0u,
-    );
+    let steps = select(0u, 1u, kind != HIT_NONE);
+    store_hit(y * frame.width + id.x, Hit(vec4(nearest.xyz, abs(nearest.w)), kind, steps, 0u, 0u, 0u));
 }

@@ -105,10 +105,10 @@ fn draw(
         size: [width, height],
         rgb,
         hits,
-        statistics: counts
-            .into_inner()
-            .expect("no thread of it has panicked")
-            .statistics(),
+        statistics: is_counted(first).then(|| {
+            let counts = counts.into_inner();
+            counts.expect("no thread of it has panicked").statistics()
+        }),
         hit_pixels: hit_pixels.into_inner(),
     }
 }
@@ -135,7 +135,9 @@ pub(crate) fn draw_tile(
             }
         }
         if i == 0 {
-            own.counts.add(&own.hits[0]);
+            if is_counted(&frames[0]) {
+                own.counts.add(&own.hits[0]);
+            }
             let rows = own.hits[0].chunks(tile.width as usize);
             for (to, from) in hit_rows.iter_mut().zip(rows) {
                 to.copy_from_slice(from);
@@ -148,6 +150,11 @@ pub(crate) fn draw_tile(
     if let Some(first) = frames.first() {
         show(first, &own.colors, &mut own.rgb);
     }
+}
+
+/// Whether what the rays of a frame do is counted.
+fn is_counted(frame: &FrameUniform) -> bool {
+    frame.records & argil_abi::RECORD_COUNTS != 0
 }
 
 /// Samples of a pixel that are lit together.

@@ -85,6 +85,8 @@ pub struct RenderSettings {
     pub sun_degrees: [f32; 2],
     /// The light besides the sun's direction.
     pub light: ViewLight,
+    /// Whether what rays do is counted.
+    pub statistics: bool,
 }
 
 impl Default for RenderSettings {
@@ -101,6 +103,7 @@ impl Default for RenderSettings {
             ground: false,
             sun_degrees: [60.0, 50.0],
             light: ViewLight::default(),
+            statistics: false,
         }
     }
 }
@@ -181,14 +184,15 @@ pub fn frame_uniforms(
                 depth_far,
                 pixel_width,
                 close_slope: close_slope(settings, voxel_grid) * pixel_width,
+                records: if settings.statistics {
+                    abi::RECORD_COUNTS
+                } else {
+                    0
+                },
                 first_step: 0,
                 step_count: settings.max_steps,
                 light_offset: lift,
-                normals: match settings.normals {
-                    NormalSource::Voxel => abi::NORMALS_VOXEL,
-                    NormalSource::Smooth => abi::NORMALS_SMOOTH,
-                    NormalSource::Field => abi::NORMALS_FIELD,
-                },
+                normals: normals_word(settings.normals),
                 has_ground: u32::from(settings.ground),
                 descent: match settings.lookup_start {
                     LookupStart::Root => abi::DESCENT_ROOT,
@@ -240,6 +244,14 @@ fn mode_word(show: RenderMode) -> u32 {
         RenderMode::Bricks => abi::MODE_BRICKS,
         RenderMode::Nodes => abi::MODE_NODES,
         RenderMode::Levels => abi::MODE_LEVELS,
+    }
+}
+
+fn normals_word(normals: NormalSource) -> u32 {
+    match normals {
+        NormalSource::Voxel => abi::NORMALS_VOXEL,
+        NormalSource::Smooth => abi::NORMALS_SMOOTH,
+        NormalSource::Field => abi::NORMALS_FIELD,
     }
 }
 

@@ -19,7 +19,7 @@ fn with_ground(ray: Ray, hit: Hit, hit_normal: vec3<f32>) -> Hit {
             t = g;
         }
     }
-    return Hit(vec4(normal, t), kind, hit.steps, 1.0, 0.0, hit.descents, hit.cells, hit.id, 0u);
+    return Hit(vec4(normal, t), kind, hit.steps, hit.descents, hit.cells, hit.id);
 }
 
 // Sets the normal, and the ground where it is closer.
@@ -30,22 +30,24 @@ fn resolve_hits(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(id.x, y);
     var normal = hit.normal_t.xyz;
-    if (hit.kind != HIT_NONE) & (hit.id == 0u) {
+    if hit.kind != HIT_NONE {
         normal = surface_normal(hit, ray);
     }
-    hits[at] = with_ground(ray, hit, normal);
+    store_surface(at, with_ground(ray, hit, normal));
 }
 
 // Ends a march that other passes go on from, or shows what it hit: a frame without light needs no other pass.
 fn end_march(at: u32, ray: Ray, hit: Hit, normal: vec3<f32>, shows: bool) {
     if !shows {
-        hits[at] = hit;
+        store_hit(at, hit);
         return;
     }
     let shown = with_ground(ray, hit, normal);
-    hits[at] = shown;
+    if per_thread(frame.records, at) != 0u {
+        store_hit(at, shown);
+    }
     show_hit(at, shown);
 }

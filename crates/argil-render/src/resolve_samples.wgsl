@@ -32,17 +32,18 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= frame.width || id.y >= frame.height {
         return;
     }
-    let hit = hits[id.y * frame.width + id.x];
-    if hit.steps == 0u {
+    let did = hits[counts_at(id.y * frame.width + id.x)];
+    let steps = did.x;
+    if steps == 0u {
         return;
     }
-    let other = hit.descents + hit.cells;
+    let other = did.y + did.z;
     if other == 0u {
-        add_to_histogram(0u, hit.steps);
+        add_to_histogram(0u, steps);
         return;
     }
-    add_to_histogram(1u, hit.steps);
-    add_to_histogram(2u, hit.steps - min(other, hit.steps));
-    add_to_histogram(3u, hit.descents);
-    add_to_histogram(4u, hit.cells);
+    add_to_histogram(1u, steps);
+    add_to_histogram(2u, steps - min(other, steps));
+    add_to_histogram(3u, did.y);
+    add_to_histogram(4u, did.z);
 }

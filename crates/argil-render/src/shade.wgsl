@@ -34,20 +34,19 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let n = hit.normal_t.xyz;
     let view = primary_ray(id.x, y);
     let ray = Ray(view.origin + view.direction * hit.normal_t.w + n * light_lift(hit.normal_t.w), frame.sun);
     let span = box_span(ray);
-    var state = vec2(hit.sun_share, hit.sun_t);
-    if per_thread(frame.first_step, at) == 0u {
-        // The side away from the sun needs no ray, and a ray that misses the box hits nothing.
-        let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
-        state.y = select(span.x, -1.0, dark);
+    // The side away from the sun needs no ray, and a ray that misses the box hits nothing.
+    let dark = hit.kind == HIT_NONE || dot(n, ray.direction) <= 0.0 || span.x > span.y;
+    var state = vec2(1.0, select(span.x, -1.0, dark));
+    if per_thread(frame.first_step, at) > 0u {
+        state = bitcast<vec2<f32>>(hits[sun_at(at)].xy);
     }
     state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, per_thread(frame.step_count, at));
-    hits[at].sun_share = state.x;
-    hits[at].sun_t = state.y;
+    hits[sun_at(at)] = vec4(bitcast<vec2<u32>>(state), 0u, 0u);
 }
 
 // Marches a ray on from what it has seen and how far it has come, up to a length. That is negative once it is done.
@@ -222,7 +221,7 @@ fn put(at: u32, kind: u32, color: vec3<f32>) {
 
 fn shade_pixel(x: u32, y: u32, sunlit: f32) {
     let at = y * frame.width + x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(x, y);
     let material = material_of(ray, hit);
     if lacks_material {
@@ -237,7 +236,7 @@ fn shade_pixel(x: u32, y: u32, sunlit: f32) {
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
     if id.x < frame.width && y < frame.height {
-        shade_pixel(id.x, y, hits[y * frame.width + id.x].sun_share);
+        shade_pixel(id.x, y, bitcast<f32>(hits[sun_at(y * frame.width + id.x)].x));
     }
 }
 
@@ -249,7 +248,7 @@ fn show(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    show_hit(at, hits[at]);
+    show_hit(at, counted_hit(at));
 }
 
 // Adds what a render mode without lighting shows.

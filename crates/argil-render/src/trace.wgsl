@@ -4,9 +4,8 @@ fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
     return field_normal(ray.origin + ray.direction * hit.normal_t.w, select(1.0, -1.0, hit.kind == HIT_INSIDE));
 }
 
-// Marches until the ray hits, leaves the box, or has used its steps or those of this dispatch. Between dispatches,
-// a hit stores the ray's state: its side, the normal's x; what it went beyond its sphere, y; the last distance, z; and how far it
-// went with that, the sun's share.
+// What a ray that goes on in the next dispatch has in its first record: what it went beyond its sphere, the last distance, how far
+// it went with that, and its length. In the second record are its steps, its kind and its side.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let y = id.y + frame.first_row;
@@ -16,17 +15,19 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = y * frame.width + id.x;
     let ray = primary_ray(id.x, y);
     let span = box_span(ray);
-    var hit = Hit(vec4(0.0, 0.0, 0.0, span.x), select(HIT_NONE, HIT_PENDING, span.x <= span.y), 0u, 0.0, 0.0, 0u, 0u, 0u, 0u);
+    var state = vec4(0.0, 0.0, 0.0, span.x);
+    var counts = vec4(0u, select(HIT_NONE, HIT_PENDING, span.x <= span.y), 0u, 0u);
     if per_thread(frame.first_step, at) > 0u {
-        hit = hits[at];
+        state = bitcast<vec4<f32>>(hits[at]);
+        counts = hits[counts_at(at)];
     }
-    var side = hit.normal_t.x;
-    var over = hit.normal_t.y;
-    var last_gap = hit.normal_t.z;
-    var last_way = hit.sun_share;
-    var t = hit.normal_t.w;
-    var steps = hit.steps;
-    var kind = hit.kind;
+    var over = state.x;
+    var last_gap = state.y;
+    var last_way = state.z;
+    var t = state.w;
+    var steps = counts.x;
+    var kind = counts.y;
+    var side = bitcast<f32>(counts.z);
     let step_count = per_thread(frame.step_count, at);
     for (var i = 0u; i < step_count; i++) {
         if kind != HIT_PENDING {
@@ -63,5 +64,10 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         last_gap = gap;
         last_way = select(moved, 0.0, is_too_far);
     }
-    hits[at] = Hit(vec4(side, over, last_gap, t), kind, steps, last_way, 0.0, 0u, 0u, 0u, 0u);
+    if per_thread(frame.first_step, at) + step_count < frame.max_steps {
+        hits[at] = bitcast<vec4<u32>>(vec4(over, last_gap, last_way, t));
+        hits[counts_at(at)] = vec4(steps, kind, bitcast<u32>(side), 0u);
+    } else {
+        store_hit(at, Hit(vec4(0.0, 0.0, 0.0, t), kind, steps, 0u, 0u, 0u));
+    }
 }

@@ -28,20 +28,3 @@ fn walk_step(walk: ptr<function, SurfaceStep>, near: f32, d: f32, is_last: bool)
 fn walk_kind(walk: SurfaceStep) -> u32 {
     return select(HIT_OUTSIDE, HIT_INSIDE, walk.side < 0.0);
 }
-
-fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
-    let clip = clip_normal(ray, hit.normal_t.w);
-    if hit.kind == HIT_OUTSIDE && any(clip != vec3(0.0)) {
-        return clip;
-    }
-    let p = ray.origin + ray.direction * hit.normal_t.w;
-    let side = select(1.0, -1.0, hit.kind == HIT_INSIDE);
-    let h = frame.normal_bias;
-    let n = vec3(
-        stored_distance(p + vec3(h, 0.0, 0.0), 0u) - stored_distance(p - vec3(h, 0.0, 0.0), 0u),
-        stored_distance(p + vec3(0.0, h, 0.0), 0u) - stored_distance(p - vec3(0.0, h, 0.0), 0u),
-        stored_distance(p + vec3(0.0, 0.0, h), 0u) - stored_distance(p - vec3(0.0, 0.0, h), 0u),
-    ) * side;
-    let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-    return n * select(0.0, 1.0 / max(length, 1e-37), length > 0.0);
-}

@@ -13,8 +13,8 @@ pub struct RenderedImage {
     pub size: [u32; 2],
     /// Pixels as 8-bit sRGB, three bytes each, row by row from the top.
     pub rgb: Vec<u8>,
-    /// Statistics of the primary rays.
-    pub statistics: RayStatistics,
+    /// Statistics of the primary rays, if [`RenderSettings::statistics`](argil_render::RenderSettings::statistics) asks for them.
+    pub statistics: Option<RayStatistics>,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
     /// Duration in milliseconds: from the GPU's timestamps, or from the clock on the CPU and on software GPUs.
@@ -26,8 +26,8 @@ pub struct RenderedImage {
 /// `World::render_into` returns it.
 #[derive(Clone, Debug)]
 pub struct RenderReport {
-    /// Statistics of the primary rays.
-    pub statistics: RayStatistics,
+    /// Statistics of the primary rays, if [`RenderSettings::statistics`](argil_render::RenderSettings::statistics) asks for them.
+    pub statistics: Option<RayStatistics>,
     /// Duration in milliseconds: from the GPU's timestamps, or from the clock on software GPUs.
     pub duration_ms: f64,
 }

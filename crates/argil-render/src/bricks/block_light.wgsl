@@ -3,10 +3,11 @@
 
 // Returns how much of the sun a pixel sees.
 fn sun_share_of(hit: Hit, x: u32, y: u32) -> f32 {
+    let at = y * frame.width + x;
     let begin = live.blocks[cone_place(x, y)].begin;
-    let share = select(1.0, hit.sun_share, begin >= 0.0);
+    let share = select(1.0, bitcast<f32>(hits[sun_at(at)].x), begin >= 0.0);
     // What meets nothing is not in the cylinder.
-    let span = sun_ray(y * frame.width + x, x, y).span;
+    let span = sun_ray(hit, x, y).span;
     return select(share, 0.0, begin == ALL_DARK && span.x <= span.y);
 }
 
@@ -19,10 +20,12 @@ fn shadow_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
         return;
     }
     let at = pixel.y * frame.width + pixel.x;
-    let ray = sun_ray(at, pixel.x, pixel.y);
+    let hit = stored_hit(at);
+    let ray = sun_ray(hit, pixel.x, pixel.y);
     let end = min(ray.span.y, begin);
     let state = vec2(1.0, select(ray.span.x, -1.0, ray.span.x > end));
-    hits[at].sun_share = march_to_sun(ray.origin, state, end, hits[at].normal_t.w, SHADOW_STEPS).x;
+    let share = march_to_sun(ray.origin, state, end, hit.normal_t.w, SHADOW_STEPS).x;
+    hits[sun_at(at)].x = bitcast<u32>(share);
 }
 
 // Shades the blocks that are plain.
@@ -33,7 +36,7 @@ fn shade_plain(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = y * frame.width + id.x;
-    let hit = hits[at];
+    let hit = stored_hit(at);
     let ray = primary_ray(id.x, y);
     let sunlit = sun_share_of(hit, id.x, y);
     let surface = shade_surface(at, ray, hit, ground_material(), sunlit, vec4(hit.normal_t.xyz, 1.0));
@@ -49,6 +52,6 @@ fn shade_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     if pixel.x >= frame.width || pixel.y >= frame.height || live.blocks[place].steps == PLAIN {
         return;
     }
-    let hit = hits[pixel.y * frame.width + pixel.x];
-    shade_pixel(pixel.x, pixel.y, sun_share_of(hit, pixel.x, pixel.y));
+    let at = pixel.y * frame.width + pixel.x;
+    shade_pixel(pixel.x, pixel.y, sun_share_of(stored_hit(at), pixel.x, pixel.y));
 }

@@ -86,7 +86,7 @@ fn march_cone(id: vec3<u32>, shows: bool) {
         let py = y + i / CONE_SIDE;
         if px < frame.width && py < frame.height {
             let own_steps = select(0u, steps, i == 0u);
-            let hit = Hit(vec4(0.0), HIT_NONE, own_steps, 1.0, 0.0, 0u, 0u, 0u, 0u);
+            let hit = Hit(vec4(0.0), HIT_NONE, own_steps, 0u, 0u, 0u);
             end_march(py * frame.width + px, primary_ray(px, py), hit, vec3(0.0), shows);
         }
     }

@@ -1,10 +1,10 @@
 // Surfaces whose materials the volume does not store. They are listed, and a pass of their own evaluates the field: a
 // software device would evaluate it for all pixels.
 
-// Lists a pixel. The list lies in the hits.
+// Lists a pixel. The list lies beside what the sun lights.
 fn defer(at: u32) {
     let nth = atomicAdd(&live.deferred, 1u);
-    hits[nth].deferred = at;
+    hits[sun_at(nth)].y = at;
     if nth % 64u == 0u {
         atomicAdd(&live.groups_x, 1u);
     }
@@ -15,8 +15,8 @@ fn shade_deferred(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= atomicLoad(&live.deferred) {
         return;
     }
-    let at = hits[id.x].deferred;
-    let hit = hits[at];
+    let at = hits[sun_at(id.x)].y;
+    let hit = stored_hit(at);
     let ray = primary_ray(at % frame.width, at / frame.width);
     field_surface(ray.origin + ray.direction * hit.normal_t.w);
     let sunlit = sun_share_of(hit, at % frame.width, at / frame.width);

@@ -1,5 +1,10 @@
 // The first hit of each pixel.
 
+// `march` has already computed it.
+fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
+    return hit.normal_t.xyz;
+}
+
 // Marches a pixel of a block. `cone_steps` are those of the block's cone, which one of its pixels has.
 fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
     let at_pixel = y * frame.width + x;
@@ -7,7 +12,7 @@ fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
     let span = box_span(ray);
     let side = select(1.0, -1.0, live.blocks[block_place].is_inside != 0u);
     let walk = walk_bricks(ray, max(span.x, live.blocks[block_place].begin), span.y, side);
-    var hit = Hit(vec4(0.0), walk.kind, walk.steps + cone_steps, 1.0, 0.0, 0u, walk.lookups, 0u, 0u);
+    var hit = Hit(vec4(0.0), walk.kind, walk.steps + cone_steps, 0u, walk.lookups, 0u);
     if walk.kind != HIT_NONE {
         hit.normal_t = vec4(walked_normal(ray, walk), walk.t);
         hit.id = walk.last_index + 1u;

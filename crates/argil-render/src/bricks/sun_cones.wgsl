@@ -12,8 +12,7 @@ struct SunRay {
 }
 
 // Returns the ray of a pixel. A side away from the sun, and a ray that misses the box, has none.
-fn sun_ray(at: u32, x: u32, y: u32) -> SunRay {
-    let hit = hits[at];
+fn sun_ray(hit: Hit, x: u32, y: u32) -> SunRay {
     let view = primary_ray(x, y);
     let n = hit.normal_t.xyz;
     let origin = view.origin + view.direction * hit.normal_t.w + n * light_lift(hit.normal_t.w);
@@ -64,14 +63,18 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
         let px = x + i % CONE_SIDE;
         let py = y + i / CONE_SIDE;
         let at = py * frame.width + px;
-        if px < frame.width && py < frame.height && hits[at].kind != HIT_NONE {
-            let ray = sun_ray(at, px, py);
+        if px >= frame.width || py >= frame.height {
+            continue;
+        }
+        let hit = stored_hit(at);
+        if hit.kind != HIT_NONE {
+            let ray = sun_ray(hit, px, py);
             lit += 1.0;
-            solid = solid || hits[at].kind != HIT_GROUND;
+            solid = solid || hit.kind != HIT_GROUND;
             all_low = min(all_low, ray.origin);
             all_high = max(all_high, ray.origin);
             all_normals += ray.normal;
-            shortest = min(shortest, hits[at].normal_t.w);
+            shortest = min(shortest, hit.normal_t.w);
             if ray.span.x <= ray.span.y {
                 low = min(low, ray.origin);
                 high = max(high, ray.origin);
@@ -84,7 +87,7 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
                 above = max(above, away);
                 normals += ray.normal;
                 count += 1.0;
-                min_step = min(min_step, light_step(hits[at].normal_t.w));
+                min_step = min(min_step, light_step(hit.normal_t.w));
             }
         }
     }

@@ -77,8 +77,3 @@ fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
     let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     return n * select(0.0, side / max(length, 1e-37), in_brick && length > 0.0);
 }
-
-// `march` has already computed it.
-fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
-    return hit.normal_t.xyz;
-}

@@ -111,6 +111,6 @@ fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
         seen = (origin.x ^ origin.y ^ origin.z ^ ((8u * hit_level + (last_cell & 7u)) * 0x9e3779b9u)) | 1u;
     }
     seen = select(seen, 0u, kind == HIT_NONE);
-    let hit = Hit(vec4(normal, t), kind, samples + lookups + cone_steps, 1.0, 0.0, 0u, lookups, seen, 0u);
+    let hit = Hit(vec4(normal, t), kind, samples + lookups + cone_steps, 0u, lookups, seen);
     end_march(at_pixel, ray, hit, normal, shows);
 }
