@@ -35,6 +35,8 @@ struct KeptWorld {
     version: u64,
     /// Duration of the last image in milliseconds.
     frame_ms: f64,
+    /// The request for which a still image of one sample lacked few bricks of levels.
+    complete_for: Option<RenderRequest>,
 }
 
 /// The render worker.
@@ -103,6 +105,7 @@ impl RenderWorker {
                     world,
                     version,
                     frame_ms: 0.0,
+                    complete_for: None,
                 }),
                 Err(error) => self.fault = Some(format!("{error:#}")),
             }
@@ -192,7 +195,12 @@ impl RenderWorker {
         // As long as a slow image takes, so that there are few of them before the final one.
         let refine_ms = self.refine_ms.max(kept.frame_ms);
         let is_refined = !request.is_still || refine(world, request, &settings, refine_ms).await?;
-        if !is_refined {
+        // Light reads bricks that rays do not meet. All samples are drawn once these are there too.
+        let is_complete = is_refined
+            && (!request.is_still
+                || world.levels().is_none()
+                || kept.complete_for.as_ref() == Some(request));
+        if !is_complete {
             settings.samples = 1;
         }
         let (pixels, report) = match &mut self.textures {
@@ -228,9 +236,12 @@ impl RenderWorker {
         // What the store lacks does not come.
         let missing = missing.saturating_sub(filled.missing);
         // A brick of a coarse level covers much of the image.
-        let missing = match is_refined {
-            true if missing <= few => 0,
-            true => missing,
+        let lacks_few = is_refined && missing <= few;
+        if lacks_few || is_refined && filled.answered == 0 {
+            kept.complete_for = Some(request.clone());
+        }
+        let missing = match is_complete && lacks_few {
+            true => 0,
             false => missing.max(1),
         };
         let info = world.volume_info_async().await?;
@@ -281,6 +292,7 @@ impl RenderWorker {
                 world,
                 version: self.version,
                 frame_ms: 0.0,
+                complete_for: None,
             });
             return Ok(None);
         };
