@@ -2,9 +2,7 @@
 
 use crate::pipeline::Pipeline;
 use crate::render_worker::{Pixels, RenderRequest, WorkerImage};
-use argil::render::{
-    Development, RenderMode, Still, StillOptions, denoised, developed,
-};
+use argil::render::{Development, RenderMode, Still, StillOptions, denoised, developed};
 use argil::scene::Scene;
 use argil::{Engine, World};
 use web_time::Instant;
