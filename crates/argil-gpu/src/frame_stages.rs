@@ -1,8 +1,8 @@
 //! The dispatches of a sample of an image.
 
-use crate::recording::{Destination, FrameKey, GROUP};
+use crate::recording::{Destination, FrameKey, GROUP, MoreLight};
 use crate::trace_mode::TraceMode;
-use argil_abi::FOG_PLACES;
+use argil_abi::{FOG_PLACES, FrameUniform};
 
 /// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
 /// GPU, so that no driver considers it hung.
@@ -68,8 +68,33 @@ fn is_shown_at_once(way: &TraceMode, key: &FrameKey) -> bool {
     way.marches_at_once() && has_normals && key.show != argil_abi::MODE_SHADED
 }
 
+/// Returns what the recording of a frame depends on. `field` is as in the key.
+pub(crate) fn frame_key(
+    way: &TraceMode,
+    frames: &[FrameUniform],
+    field: (usize, u32),
+    goes: Destination,
+) -> FrameKey {
+    let first = frames.first().copied().unwrap_or_default();
+    let key = FrameKey {
+        size: [first.width, first.height],
+        samples: frames.len(),
+        show: first.mode,
+        normals: first.normals,
+        has_ground: first.has_ground != 0,
+        max_steps: first.max_steps,
+        field,
+        goes,
+        more: MoreLight::of(&first),
+        has_statistics: first.records & argil_abi::RECORD_COUNTS != 0,
+        records: 0,
+    };
+    let records = records(way, &key);
+    FrameKey { records, ..key }
+}
+
 /// Returns the `RECORD_…` bits of a frame: what is stored of its rays.
-pub(crate) fn records(way: &TraceMode, key: &FrameKey) -> u32 {
+fn records(way: &TraceMode, key: &FrameKey) -> u32 {
     use argil_abi::{MODE_BRICKS, MODE_HEAT, MODE_LEVELS, MODE_NODES};
     let is_shown = is_shown_at_once(way, key);
     let shows_counts = matches!(key.show, MODE_HEAT | MODE_BRICKS | MODE_NODES | MODE_LEVELS);
@@ -270,6 +295,38 @@ mod tests {
                 let blocks = u64::from(size[0].div_ceil(GROUP)) * u64::from(rows / GROUP);
                 assert!(blocks <= u64::from(MAX_GROUPS), "{size:?}: {blocks}");
             }
+        }
+    }
+
+    /// A frame stores hits only for who reads them, and counts only for who asks.
+    #[test]
+    fn frames_store_what_is_read() {
+        use argil_abi::{MODE_HEAT, MODE_NORMAL, MODE_SHADED, RECORD_COUNTS, RECORD_HITS};
+        let [bricks, _] = crate::bricks::brick_ways();
+        let field = &crate::render::FIELD;
+        let all = RECORD_HITS | RECORD_COUNTS;
+        for (way, mode, goes, counts, expected) in [
+            (bricks, MODE_NORMAL, Destination::Cpu, 0, 0),
+            (bricks, MODE_HEAT, Destination::Cpu, 0, 0),
+            (bricks, MODE_NORMAL, Destination::Cpu, RECORD_COUNTS, all),
+            (bricks, MODE_NORMAL, Destination::Textures, 0, RECORD_HITS),
+            (bricks, MODE_NORMAL, Destination::Host, 0, RECORD_HITS),
+            (bricks, MODE_NORMAL, Destination::CpuWithHits, 0, all),
+            (bricks, MODE_SHADED, Destination::Cpu, 0, RECORD_HITS),
+            (field, MODE_NORMAL, Destination::Cpu, 0, RECORD_HITS),
+            (field, MODE_HEAT, Destination::Cpu, 0, all),
+        ] {
+            let frame = FrameUniform {
+                mode,
+                records: counts,
+                max_steps: 10,
+                ..Default::default()
+            };
+            let key = frame_key(way, &[frame], (1, 10), goes);
+            assert_eq!(key.records, expected, "{}: {mode} {goes:?}", way.name);
+            // A march that takes several dispatches stores its state.
+            let goes_on = frame_key(way, &[frame], (1, 9), goes);
+            assert_eq!(goes_on.records == all, way.is_exact || expected == all);
         }
     }
 }

@@ -40,7 +40,7 @@ pub enum ImageOutput<'a> {
     Cpu,
     /// To the CPU, with what the rays of the first sample hit.
     CpuWithHits,
-    /// Into textures, with the lengths of the rays of the first sample. The image on the CPU has statistics but no pixels.
+    /// Into textures, with the lengths of the rays of the first sample. The image on the CPU has no pixels.
     Textures(&'a ImageTextures),
 }
 

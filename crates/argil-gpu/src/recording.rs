@@ -1,8 +1,6 @@
 //! A frame as data: its passes in order.
 
-use crate::frame_stages::records;
 use crate::image_textures::ImageOutput;
-use crate::trace_mode::TraceMode;
 use argil_abi::FrameUniform;
 
 /// Bins of a histogram beyond a ray's maximum steps, for what the last step looks up.
@@ -94,31 +92,6 @@ pub(crate) struct FrameKey {
 }
 
 impl FrameKey {
-    /// Returns what the recording of a frame depends on, of which the first sample tells. `field` is as in the key.
-    pub(crate) fn new(
-        way: &TraceMode,
-        frames: &[FrameUniform],
-        field: (usize, u32),
-        goes: Destination,
-    ) -> Self {
-        let first = frames.first().copied().unwrap_or_default();
-        let key = Self {
-            size: [first.width, first.height],
-            samples: frames.len(),
-            show: first.mode,
-            normals: first.normals,
-            has_ground: first.has_ground != 0,
-            max_steps: first.max_steps,
-            field,
-            goes,
-            more: MoreLight::of(&first),
-            has_statistics: first.records & argil_abi::RECORD_COUNTS != 0,
-            records: 0,
-        };
-        let records = records(way, &key);
-        Self { records, ..key }
-    }
-
     /// Returns the records that are stored of each pixel.
     pub(super) fn records_per_pixel(&self) -> u64 {
         let each = match self.records {

@@ -6,7 +6,7 @@ use crate::bindings::{
 use crate::frame::FrameBuffers;
 use crate::frame_extras::{DrawnFrame, FrameExtras};
 use crate::frame_pipelines::FramePasses;
-use crate::frame_stages::{Threads, WORK_PER_DISPATCH, band_rows, entry_points, stages};
+use crate::frame_stages::{Threads, WORK_PER_DISPATCH, band_rows, entry_points, frame_key, stages};
 use crate::image_textures::textures_module;
 use crate::near_lists::{NEAR_BINDS, near_tables};
 use crate::pass_module::{PassModule, Passes};
@@ -220,7 +220,7 @@ impl RenderPasses {
         kept: Option<FrameBuffers>,
     ) -> Result<FrameBuffers, GpuError> {
         let gpu = field.gpu();
-        let key = FrameKey::new(self.way, frames, (field.length(), field.budget), goes);
+        let key = frame_key(self.way, frames, (field.length(), field.budget), goes);
         if key.normals == argil_abi::NORMALS_FIELD {
             field.check_length()?;
         }

@@ -85,7 +85,7 @@ pub struct RenderSettings {
     pub sun_degrees: [f32; 2],
     /// The light besides the sun's direction.
     pub light: ViewLight,
-    /// Whether what rays do is counted.
+    /// Whether the steps of rays are counted, which costs a GPU memory and a pass.
     pub statistics: bool,
 }
 

@@ -4,7 +4,7 @@ use argil_render::{RayStatistics, RenderOutput};
 #[cfg(feature = "png")]
 use std::path::Path;
 
-/// A rendered image, with statistics.
+/// A rendered image.
 ///
 /// [`World::render`](crate::World::render) returns it.
 #[derive(Clone, Debug)]
