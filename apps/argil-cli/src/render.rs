@@ -125,7 +125,9 @@ fn draw(
     let mut refined = FillStats::default();
     let Some(count) = options.frames else {
         refined = world.refine(&camera, settings)?;
-        let drawn = world.render(&camera, &counted(settings))?;
+        let mut counted = *settings;
+        counted.statistics = true;
+        let drawn = world.render(&camera, &counted)?;
         if let Some(path) = picture {
             drawn.save(path)?;
         }
@@ -180,14 +182,6 @@ pub(crate) fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
         samples: options.still.samples.unwrap_or(own.samples),
         ground: (own.ground || options.ground) && !options.no_ground,
         ..own
-    }
-}
-
-/// Returns settings of an image whose rays are counted.
-fn counted(settings: &RenderSettings) -> RenderSettings {
-    RenderSettings {
-        statistics: true,
-        ..*settings
     }
 }
 
@@ -271,11 +265,8 @@ impl<'a> Reel<'a> {
 
     fn draw(&mut self, world: &World, camera: &Camera) -> anyhow::Result<()> {
         let is_last = self.progress.length() == Some(self.times.len() as u64 + 1);
-        let settings = if is_last {
-            counted(self.settings)
-        } else {
-            *self.settings
-        };
+        let mut settings = *self.settings;
+        settings.statistics = is_last;
         let drawn = world.render(camera, &settings)?;
         if let Some(path) = self.path {
             drawn.save(numbered(path, self.times.len()))?;

@@ -144,7 +144,7 @@ fn noise_is_known_and_removed() -> Outcome {
     let world = Engine::cpu()
         .build(&scene(Material::colored([0.5, 0.6, 0.7]))?)?
         .bricks(128)?;
-    let settings = world.render_settings([64, 48], RenderMode::Shaded);
+    let settings = world.render_settings([128, 96], RenderMode::Shaded);
     let still = |samples| {
         let options = StillOptions {
             samples,

@@ -63,9 +63,7 @@ fn sun_cone(@builtin(global_invocation_id) id: vec3<u32>) {
         let px = x + i % CONE_SIDE;
         let py = y + i / CONE_SIDE;
         let at = py * frame.width + px;
-        if px >= frame.width || py >= frame.height {
-            continue;
-        }
+        if px >= frame.width || py >= frame.height { continue; }
         let hit = stored_hit(at);
         if hit.kind != HIT_NONE {
             let ray = sun_ray(hit, px, py);
