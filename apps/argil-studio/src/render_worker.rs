@@ -21,7 +21,7 @@ use web_time::Instant;
 const FILL_MS: f64 = 15.0;
 const REFINE_MS: f64 = 120.0;
 
-/// A still image is final if it lacks at most one brick for this many pixels: other samples of its pixels would need
+/// A still image is final if it lacks at most one brick for this many rays: other samples of its pixels would need
 /// others.
 const FEW: u64 = 2000;
 
@@ -35,7 +35,7 @@ struct KeptWorld {
     version: u64,
     /// Duration of the last image in milliseconds.
     frame_ms: f64,
-    /// The request for which a still image of one sample lacked few bricks of levels.
+    /// The request of a still image for which an image of one sample lacked few bricks of levels.
     complete_for: Option<RenderRequest>,
 }
 
@@ -194,12 +194,10 @@ impl RenderWorker {
         let mut settings = settings(world, request);
         // As long as a slow image takes, so that there are few of them before the final one.
         let refine_ms = self.refine_ms.max(kept.frame_ms);
-        let is_refined = !request.is_still || refine(world, request, &settings, refine_ms).await?;
         // Light reads bricks that rays do not meet. All samples are drawn once these are there too.
-        let is_complete = is_refined
-            && (!request.is_still
-                || world.levels().is_none()
-                || kept.complete_for.as_ref() == Some(request));
+        let is_known = !request.is_still || kept.complete_for.as_ref() == Some(request);
+        let is_refined = is_known || refine(world, request, &settings, refine_ms).await?;
+        let is_complete = is_known || is_refined && world.levels().is_none();
         if !is_complete {
             settings.samples = 1;
         }
@@ -230,15 +228,19 @@ impl RenderWorker {
         };
         kept.frame_ms = report.duration_ms;
         let missing = world.levels().map_or(0, Levels::request_count) as u64;
-        let few = u64::from(request.size[0]) * u64::from(request.size[1]) / FEW;
+        let rays =
+            request.size.map(u64::from).iter().product::<u64>() * u64::from(settings.samples);
         let fill_ms = if request.is_still { refine_ms } else { FILL_MS };
         let filled = world.fill_pages(fill_ms)?;
         // What the store lacks does not come.
         let missing = missing.saturating_sub(filled.missing);
         // A brick of a coarse level covers much of the image.
-        let lacks_few = is_refined && missing <= few;
+        let lacks_few = is_refined && missing <= rays / FEW;
         if lacks_few || is_refined && filled.answered == 0 {
-            kept.complete_for = Some(request.clone());
+            kept.complete_for = Some(RenderRequest {
+                is_still: true,
+                ..request.clone()
+            });
         }
         let missing = match is_complete && lacks_few {
             true => 0,
