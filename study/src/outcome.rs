@@ -1,7 +1,7 @@
 //! The results of a case.
 
 use crate::clock_range::ClockRange;
-use argil::World;
+use argil::{RenderedImage, World};
 use argil_metrics::ErrorStats;
 use image::RgbImage;
 use std::collections::BTreeMap;
@@ -29,6 +29,25 @@ impl Outcome {
     pub(crate) fn add(&mut self, name: &str, sample: f64) {
         if sample.is_finite() {
             self.samples.entry(name.into()).or_default().push(sample);
+        }
+    }
+
+    /// Stores what the rays of an image did, if that was counted.
+    pub(crate) fn add_statistics(&mut self, drawn: &RenderedImage) {
+        let Some(statistics) = &drawn.statistics else {
+            return;
+        };
+        for (name, spread) in [
+            ("steps", statistics.steps),
+            ("samples", statistics.samples),
+            ("descents", statistics.descents),
+            ("cells", statistics.cells),
+        ] {
+            self.add(&format!("{name}_mean"), spread.mean);
+            if name == "steps" {
+                self.add("steps_p95", spread.p95);
+                self.add("steps_max", spread.max);
+            }
         }
     }
 

@@ -248,7 +248,7 @@ impl<'a> PreparedCase<'a> {
                 let drawn = world.render(camera, settings)?;
                 out.add("frame_wall_ms", start.elapsed().as_secs_f64() * 1e3);
                 out.add("frame_ms", drawn.duration_ms);
-                add_statistics(&drawn, out);
+                out.add_statistics(&drawn);
                 *hit_pixels += drawn.hit_pixels;
             }
             State::Picture(world, image) => {
@@ -343,7 +343,7 @@ impl<'a> PreparedCase<'a> {
                     ..settings
                 };
                 for camera in cameras.iter().step_by(10).filter(|_| plan.is_gpu) {
-                    add_statistics(&world.render(camera, &counted)?, &mut out);
+                    out.add_statistics(&world.render(camera, &counted)?);
                 }
                 out.set("hit_pixels", hit_pixels as f64);
                 out.about(&world)?;
@@ -366,25 +366,6 @@ impl<'a> PreparedCase<'a> {
             _ => {}
         }
         Ok(out)
-    }
-}
-
-/// Adds what the rays of an image did, if that was counted.
-fn add_statistics(drawn: &RenderedImage, out: &mut Outcome) {
-    let Some(statistics) = &drawn.statistics else {
-        return;
-    };
-    for (name, spread) in [
-        ("steps", statistics.steps),
-        ("samples", statistics.samples),
-        ("descents", statistics.descents),
-        ("cells", statistics.cells),
-    ] {
-        out.add(&format!("{name}_mean"), spread.mean);
-        if name == "steps" {
-            out.add("steps_p95", spread.p95);
-            out.add("steps_max", spread.max);
-        }
     }
 }
 
