@@ -306,6 +306,7 @@ impl RenderWorker {
             kept.world.apply_async(&self.scene).await?;
             kept.world.flush_async().await?;
             kept.version = self.version;
+            kept.complete_for = None;
         }
         self.kept.push(kept);
         Ok(is_behind.then(|| start.elapsed().as_secs_f64() * 1e3))
