@@ -21,8 +21,7 @@ use web_time::Instant;
 const FILL_MS: f64 = 15.0;
 const REFINE_MS: f64 = 120.0;
 
-/// A still image is final if it lacks at most one brick for this many rays: other samples of its pixels would need
-/// others.
+/// A still image is final if it lacks at most one brick for this many rays: other samples would need others.
 const FEW: u64 = 2000;
 
 struct KeptWorld {
@@ -236,7 +235,8 @@ impl RenderWorker {
         let missing = missing.saturating_sub(filled.missing);
         // A brick of a coarse level covers much of the image.
         let lacks_few = is_refined && missing <= rays / FEW;
-        if lacks_few || is_refined && filled.answered == 0 {
+        let is_exhausted = is_refined && filled.answered == 0 && filled.pending == 0;
+        if lacks_few || is_exhausted {
             kept.complete_for = Some(RenderRequest {
                 is_still: true,
                 ..request.clone()

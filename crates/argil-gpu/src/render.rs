@@ -427,10 +427,10 @@ mod tests {
         let (picture, _) = drawn.expect("a picture");
         let steps = picture.hits.iter().map(|hit| f64::from(hit.steps));
         let sum: f64 = steps.clone().sum();
-        let told = picture.statistics.expect("statistics");
-        assert!(sum > 1000.0 && (told.steps.mean * 3750.0 - sum).abs() < 0.5);
-        assert_eq!(told.steps.max, steps.fold(0.0, f64::max));
-        assert_eq!((told.samples, told.cells.max), (told.steps, 0.0));
+        let counted = picture.statistics.expect("statistics");
+        assert!(sum > 1000.0 && (counted.steps.mean * 3750.0 - sum).abs() < 0.5);
+        assert_eq!(counted.steps.max, steps.fold(0.0, f64::max));
+        assert_eq!((counted.samples, counted.cells.max), (counted.steps, 0.0));
         let is_solid = |hit: &&argil_abi::Hit| hit.kind != argil_abi::HIT_NONE;
         assert_eq!(
             picture.hit_pixels,
