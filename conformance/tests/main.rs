@@ -13,6 +13,7 @@ mod import;
 mod light;
 mod manifold;
 mod mesh;
+mod motion;
 mod near_lists;
 mod normals;
 mod octree_bricks;

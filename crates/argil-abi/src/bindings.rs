@@ -105,4 +105,8 @@ constants! { BINDINGS:
     BIND_KEPT_COLORS = 49;
     /// Its distances.
     BIND_KEPT_DISTANCES = 50;
+    /// Brushes that moved.
+    BIND_MOVED = 51;
+    /// The way of each pixel's point.
+    BIND_MOTIONS = 52;
 }

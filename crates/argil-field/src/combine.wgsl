@@ -76,11 +76,6 @@ fn weight_smooth(a0: f32, b0: f32, j: Joint) -> f32 {
     return select(h, 1.0 - h, b < a);
 }
 
-fn weight_paint(b: f32, j: Joint) -> f32 {
-    let soft = clamp(0.5 - b * (4.0 * j.quarter), 0.0, 1.0);
-    return select(select(0.0, 1.0, b < 0.0), soft, j.k > 0.0);
-}
-
 // Returns the weight of b's material.
 fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
     if (flags & FLAG_KEEP_MATERIAL) != 0u {

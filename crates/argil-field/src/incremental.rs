@@ -9,6 +9,7 @@ mod counts;
 mod groups;
 mod index;
 mod lists;
+mod moved;
 mod piece;
 mod units;
 
@@ -29,6 +30,7 @@ use counts::PieceCounts;
 use glam::Vec3;
 use groups::{GroupPosition, GroupTree};
 use index::PartIndex;
+pub use moved::{BrushMotion, MovedBrush};
 use piece::{Operand, lower_into};
 use rustc_hash::FxHashSet;
 use std::collections::{BTreeMap, HashMap};

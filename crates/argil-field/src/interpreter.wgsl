@@ -53,7 +53,7 @@ fn field(at: vec3<f32>, with_material: bool) -> f32 {
     var acc = FAR;
     if with_material {
         texture_place = at;
-        field_material = materials[material_shift];
+        field_material = first_material();
     }
     var pc = 0u;
     while pc < list_length() {

@@ -101,7 +101,18 @@ impl Interpreter {
     /// `instructions: array<Instruction>`, `params: array<f32>` and `materials: array<GpuMaterial>`, and include
     /// `argil_abi::wgsl`.
     pub fn wgsl(self) -> String {
-        self.text() + UNMARKED + include_str!("unpruned.wgsl") + CALLS
+        self.text(self.materials()) + UNMARKED + include_str!("unpruned.wgsl") + CALLS
+    }
+
+    /// Returns the WGSL that finds how far points moved, for [`BrushMotion::words`](crate::BrushMotion::words). `field(p, true)` sets
+    /// `field_material.base_roughness.xyz` to the way to where a point of the surface was. The module must declare
+    /// `instructions: array<Instruction>`, `params: array<f32>` and `moved: array<vec4<u32>>`, and include `argil_abi::wgsl`.
+    pub fn motion_wgsl(self) -> String {
+        let plain = Self {
+            has_subgroups: false,
+            ..self
+        };
+        plain.text(include_str!("moved.wgsl")) + UNMARKED + include_str!("unpruned.wgsl")
     }
 
     /// Returns the WGSL twins where each point runs the list of its part of a grid, the twin of [`crate::NearField`].
@@ -112,7 +123,7 @@ impl Interpreter {
         } else {
             NO_TURNS
         };
-        self.text() + turns + UNMARKED + LISTED + include_str!("near_field.wgsl")
+        self.text(self.materials()) + turns + UNMARKED + LISTED + include_str!("near_field.wgsl")
     }
 
     /// Returns the WGSL that makes the lists for [`Interpreter::near_wgsl`]. The module must also declare
@@ -125,7 +136,7 @@ impl Interpreter {
     /// `lists: array<u32>`, and `pruned` derives others from it. The module must also declare `prune: PruneUniform`
     /// and `counters: array<atomic<u32>>`.
     pub fn pruning_wgsl(self) -> String {
-        self.text()
+        self.text(self.materials())
             + &list_constants(self.opcodes, self.stack_slots)
             + LISTED
             + include_str!("prune.wgsl")
@@ -141,17 +152,23 @@ impl Interpreter {
         column_wgsl(self.opcodes, self.stack_slots)
     }
 
-    fn text(self) -> String {
+    /// Returns the materials of brushes.
+    fn materials(self) -> &'static str {
+        if self.opcodes.is_superset(OpcodeSet::TEXTURED) {
+            TEXTURES
+        } else {
+            PLAIN_MATERIALS
+        }
+    }
+
+    /// Returns the interpreter, with what stands for the materials of brushes.
+    fn text(self, materials: &str) -> String {
         let opcodes = self.opcodes;
         let mut text = WGSL_COMMON.to_owned() + &wgsl_dispatch(|op| opcodes.contains(op));
         text += &format!("const STACK_SLOTS: u32 = {}u;\n", self.stack_slots);
         text += MATERIAL_SHIFT;
         text += if self.has_subgroups { VOTE } else { NO_VOTE };
-        text += if opcodes.is_superset(OpcodeSet::TEXTURED) {
-            TEXTURES
-        } else {
-            PLAIN_MATERIALS
-        };
+        text += materials;
         // While skipping: the number of open braces of the case.
         let mut skipping = 0i32;
         for line in include_str!("interpreter.wgsl").lines() {
@@ -185,6 +202,7 @@ const UNMARKED: &str = include_str!("unmarked.wgsl");
 
 /// The materials of brushes with textures.
 pub(crate) const TEXTURES: &str = concat!(
+    include_str!("materials.wgsl"),
     include_str!("texture_patterns.wgsl"),
     include_str!("textures.wgsl")
 );
@@ -219,11 +237,14 @@ fn holds_in_subgroup(condition: bool) -> bool {
 ";
 
 /// What stands for `textures.wgsl` where no material has any.
-pub(crate) const PLAIN_MATERIALS: &str = "
+pub(crate) const PLAIN_MATERIALS: &str = concat!(
+    include_str!("materials.wgsl"),
+    "
 fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> GpuMaterial {
     return materials[material_shift + instr.operand];
 }
-";
+"
+);
 
 /// Where materials begin in their table. Passes that need what materials have besides the words of an entry set it to a second
 /// list of them: see [`Program::material_extras`].

@@ -60,7 +60,9 @@ pub use bounds::ClearanceModel;
 pub use coinciding_copies::CoincidingCopies;
 pub use evaluate::Evaluator;
 pub use grid::Grid;
-pub use incremental::{Additions, ChangeSet, HardBrush, IncrementalProgram, UpdateOutcome};
+pub use incremental::{
+    Additions, BrushMotion, ChangeSet, HardBrush, IncrementalProgram, MovedBrush, UpdateOutcome,
+};
 pub use interpreter_wgsl::Interpreter;
 pub use jumps::NearJumps;
 pub use lower::LowerError;

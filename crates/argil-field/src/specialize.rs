@@ -52,12 +52,12 @@ fn write_field(program: &Program) -> String {
         "var<private> field_material: GpuMaterial;\n\nfn field(at: vec3<f32>, with_material: bool) -> f32 {\n",
     );
     for i in 0..=program.value_slots {
-        text += &format!("    var a{i} = FAR;\n    var m{i} = materials[material_shift];\n");
+        text += &format!("    var a{i} = FAR;\n    var m{i} = first_material();\n");
     }
     for i in 0..=program.point_slots {
         text += &format!("    var p{i} = at;\n");
     }
-    text += "    field_material = materials[material_shift];\n";
+    text += "    field_material = first_material();\n";
     text += "    if !(is_in_world(at.x) && is_in_world(at.y) && is_in_world(at.z)) {\n        return FAR;\n    }\n";
     text += &body;
     text += "    return a0;\n}\n\n";

@@ -1,23 +1,26 @@
 //! Frames in the encoder and the targets of a host that has its own renderer.
 
-use crate::bindings::{Bind, layout_for};
+use crate::bindings::{Bind, FRAME, HITS, layout_for};
 use crate::frame::FrameBuffers;
 use crate::frame_extras::FrameExtras;
 use crate::frame_pipelines::FramePipelines;
+use crate::host_motion::HostMotion;
 use crate::host_targets::HostTargets;
 use crate::recording::Destination;
 use crate::render::RenderPasses;
 use crate::trace_mode::BoundResource;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, ImageOutput};
 use argil_abi::FrameUniform;
+use argil_field::BrushMotion;
 use std::sync::Arc;
 
 /// What the draw binds.
-const BINDS: [Bind; 4] = [
+const BINDS: [Bind; 5] = [
     Bind::Uniform(0),
     Bind::Uniform(1),
     Bind::Read(2),
     Bind::Read(3),
+    Bind::Read(4),
 ];
 
 /// What the shader reads besides the frame.
@@ -28,7 +31,19 @@ struct HostView {
     before: [[f32; 4]; 4],
     takes_linear: u32,
     has_linear: u32,
-    padding: [u32; 2],
+    has_moved: u32,
+    padding: u32,
+}
+
+/// What a frame of a host shows.
+#[derive(Clone, Copy, Debug)]
+pub struct HostSight<'a> {
+    /// One for each sample.
+    pub frames: &'a [FrameUniform],
+    /// The projection times the view, by columns.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// Brushes that moved since the frame before.
+    pub motion: Option<&'a BrushMotion>,
 }
 
 /// A frame of a host, whose buffers are kept from one to the next: one for each view.
@@ -44,12 +59,16 @@ pub struct HostFrame {
     view: wgpu::Buffer,
     /// The matrix of the frame before.
     before: Option<[[f32; 4]; 4]>,
+    /// The ways of points, if there is a target for motion.
+    motion: Option<HostMotion>,
+    /// The scene and the number of its changes that the frame before showed.
+    shown: Option<(u64, usize)>,
     /// The uniform of the volume, which belongs to the view: those of levels differ.
     volume: Option<wgpu::Buffer>,
     /// The buffers, and the passes that they are for.
     buffers: Option<(FrameBuffers, Arc<RenderPasses>)>,
     /// What is drawn, with the buffers that it reads.
-    drawn: Option<(wgpu::BindGroup, [wgpu::Buffer; 3])>,
+    drawn: Option<(wgpu::BindGroup, [wgpu::Buffer; 4])>,
 }
 
 impl HostFrame {
@@ -76,6 +95,8 @@ impl HostFrame {
             pipeline,
             view,
             before: None,
+            motion: targets.motion.map(|_| HostMotion::new()),
+            shown: None,
             volume: None,
             buffers: None,
             drawn: None,
@@ -85,6 +106,12 @@ impl HostFrame {
     /// Whether what is nearer has a greater depth, by the comparison of the depth buffer.
     pub fn is_reversed(&self) -> bool {
         self.is_reversed
+    }
+
+    /// Notes the scene, and the number of its changes, that the next frame shows. Returns those of the frame before, if it has a
+    /// target for motion.
+    pub fn show(&mut self, state: (u64, usize)) -> Option<(u64, usize)> {
+        self.shown.replace(state).filter(|_| self.motion.is_some())
     }
 
     /// Draws the frame that was encoded last into a pass with the targets. Does nothing if there is none.
@@ -103,16 +130,15 @@ impl HostFrame {
     pub fn encode_field(
         &mut self,
         field: &GpuProgram,
-        (frames, clip_from_world): (&[FrameUniform], [[f32; 4]; 4]),
+        sight: HostSight<'_>,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), GpuError> {
-        let Some(first) = frames.first() else {
+        let Some(first) = sight.frames.first() else {
             return Ok(());
         };
         let (way, bound) = field.field_way(Some(encoder))?;
         let passes = field.picture(way, first)?;
-        self.write_view(field.gpu(), first, clip_from_world);
-        self.encode(field, (passes, bound), frames, encoder)
+        self.encode(field, (passes, bound), (first, sight), encoder)
     }
 
     /// Encodes a frame through a volume of the same device.
@@ -123,10 +149,10 @@ impl HostFrame {
         &mut self,
         field: &GpuProgram,
         volume: &GpuVolume,
-        (frames, clip_from_world): (&[FrameUniform], [[f32; 4]; 4]),
+        sight: HostSight<'_>,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), GpuError> {
-        let Some(first) = frames.first() else {
+        let Some(first) = sight.frames.first() else {
             return Ok(());
         };
         let gpu = field.gpu();
@@ -144,11 +170,11 @@ impl HostFrame {
         };
         let (passes, bound) = volume.picture(field, first, &uniform)?;
         self.volume = Some(uniform);
-        self.write_view(field.gpu(), first, clip_from_world);
-        self.encode(field, (passes, bound), frames, encoder)
+        self.encode(field, (passes, bound), (first, sight), encoder)
     }
 
-    fn write_view(&mut self, gpu: &Gpu, frame: &FrameUniform, clip_from_world: [[f32; 4]; 4]) {
+    fn write_view(&mut self, gpu: &Gpu, frame: &FrameUniform, sight: &HostSight<'_>) {
+        let clip_from_world = sight.clip_from_world;
         let view = HostView {
             clip_from_world,
             before: self
@@ -157,7 +183,8 @@ impl HostFrame {
                 .unwrap_or(clip_from_world),
             takes_linear: self.takes_linear.into(),
             has_linear: (frame.mode == argil_abi::MODE_SHADED).into(),
-            padding: [0; 2],
+            has_moved: (self.motion.is_some() && sight.motion.is_some()).into(),
+            padding: 0,
         };
         gpu.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
     }
@@ -166,10 +193,12 @@ impl HostFrame {
         &mut self,
         field: &GpuProgram,
         (of_mode, bound): (Arc<RenderPasses>, Vec<BoundResource>),
-        frames: &[FrameUniform],
+        (first, sight): (&FrameUniform, HostSight<'_>),
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), GpuError> {
         let gpu = field.gpu();
+        self.write_view(gpu, first, &sight);
+        let frames = sight.frames;
         let kept = self.buffers.take();
         // Another world has other passes.
         let kept = kept.filter(|(_, own)| Arc::ptr_eq(own, &of_mode));
@@ -186,7 +215,20 @@ impl HostFrame {
         else {
             return Err(GpuError::Lost("no buffer".into()));
         };
-        let read = [frames, hits, colors];
+        let mut ways = None;
+        if let Some(own) = &mut self.motion {
+            let size = [first.width, first.height];
+            ways = own.reserve(field, size)?.cloned();
+            if let Some(motion) = sight.motion {
+                let bytes = size_of::<FrameUniform>() as u64;
+                let frames = BoundResource::Buffer(FRAME, frames.clone(), Some(bytes));
+                let hits = BoundResource::buffer(HITS, &hits);
+                own.encode(field, motion, (frames, hits, size), encoder)?;
+            }
+        }
+        // Without ways, something is bound that nobody reads.
+        let ways = ways.unwrap_or_else(|| colors.clone());
+        let read = [frames, hits, colors, ways];
         if self.drawn.as_ref().is_none_or(|(_, own)| *own != read) {
             let group = gpu.with_error_scope(|| self.group(gpu, &read))?;
             self.drawn = Some((group, read));
@@ -195,7 +237,11 @@ impl HostFrame {
         gpu.fault().map_or(Ok(()), Err)
     }
 
-    fn group(&self, gpu: &Gpu, [frames, hits, colors]: &[wgpu::Buffer; 3]) -> wgpu::BindGroup {
+    fn group(
+        &self,
+        gpu: &Gpu,
+        [frames, hits, colors, ways]: &[wgpu::Buffer; 4],
+    ) -> wgpu::BindGroup {
         let frame = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: frames,
             offset: 0,
@@ -206,6 +252,7 @@ impl HostFrame {
             self.view.as_entire_binding(),
             hits.as_entire_binding(),
             colors.as_entire_binding(),
+            ways.as_entire_binding(),
         ];
         let entries: Vec<_> = (0..)
             .zip(all)

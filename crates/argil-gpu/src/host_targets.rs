@@ -9,6 +9,7 @@ const BINDS_WGSL: &str = "
 @group(0) @binding(1) var<uniform> host_view: HostView;
 @group(0) @binding(2) var<storage, read> hits: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> colors: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> motions: array<vec4<f32>>;
 ";
 
 /// The targets of a host's render pass. Its color attachments are the color, the normal and the motion, those that there are, in this
@@ -19,8 +20,8 @@ pub struct HostTargets {
     pub color: wgpu::TextureFormat,
     /// The format of normals in the world. Formats from 0 to 1 take half of each coordinate plus 0.5, others the coordinates.
     pub normal: Option<wgpu::TextureFormat>,
-    /// The format of how far points went in the image since the frame before, in x and y, as a part of the image, with y down. It is
-    /// the camera's motion: brushes that move are not followed.
+    /// The format of how far points went in the image since the frame before, in x and y, as a part of the image, with y down. It has
+    /// the camera's motion. In worlds of bricks and levels, it also has that of brushes that edits moved, turned or scaled.
     pub motion: Option<wgpu::TextureFormat>,
     /// The depth buffer, with the host's comparison: `Less`, or `Greater` where depth is reversed.
     pub depth: Option<wgpu::DepthStencilState>,

@@ -33,6 +33,8 @@ mod host_device;
 #[cfg(feature = "device")]
 mod host_frame;
 #[cfg(feature = "device")]
+mod host_motion;
+#[cfg(feature = "device")]
 mod host_targets;
 #[cfg(feature = "device")]
 mod image_textures;
@@ -103,7 +105,7 @@ pub use wgpu;
 #[cfg(feature = "device")]
 pub use {
     device::{Gpu, devices},
-    host_frame::HostFrame,
+    host_frame::{HostFrame, HostSight},
     host_targets::HostTargets,
     image_textures::{ImageOutput, ImageTextures},
     path_buffers::PathWork,

@@ -255,6 +255,11 @@ impl GpuProgram {
         }
     }
 
+    /// Returns the WGSL that finds how far points moved.
+    pub(crate) fn motion_wgsl(&self) -> String {
+        self.interpreter.motion_wgsl()
+    }
+
     /// Returns the WGSL that makes these lists.
     pub(crate) fn near_lists_wgsl(&self) -> String {
         self.interpreter.near_lists_wgsl()

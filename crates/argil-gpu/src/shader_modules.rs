@@ -2,6 +2,7 @@
 
 use crate::bricks::{brick_modules, brick_ways};
 use crate::dense::{DENSE, tile_side_within};
+use crate::host_motion::motion_module;
 use crate::image_textures::textures_module;
 use crate::march_passes::{march_module, project_module, unindex_module};
 use crate::near_lists::near_lists_module;
@@ -99,6 +100,7 @@ pub fn hardware_modules(program: &Program) -> Vec<ShaderModule> {
         query_module(&near, true),
         resolve_module(),
         textures_module(),
+        motion_module(&interpreter.motion_wgsl()),
     ]);
     let [flat, wide] = brick_ways();
     all.push(near_lists_module(&interpreter.near_lists_wgsl()));

@@ -11,6 +11,8 @@ struct HostView {
     // Whether the target takes linear colors, and whether the frame has them.
     takes_linear: u32,
     has_linear: u32,
+    // Whether brushes moved. Then `motions` has the way of each pixel's point.
+    has_moved: u32,
 }
 
 // The sRGB transfer function and its inverse (IEC 61966-2-1).
@@ -47,8 +49,12 @@ struct Flat {
 }
 
 // How far a point went in the image since the frame before, as a part of the image, with y down.
-fn motion_of(point: vec3<f32>, clip: vec4<f32>) -> vec2<f32> {
-    let before = host_view.before * vec4(point, 1.0);
+fn motion_of(at: u32, point: vec3<f32>, clip: vec4<f32>) -> vec2<f32> {
+    var place = point;
+    if host_view.has_moved != 0u {
+        place += motions[at].xyz;
+    }
+    let before = host_view.before * vec4(place, 1.0);
     if before.w <= 0.0 {
         return vec2(0.0);
     }
@@ -74,7 +80,7 @@ fn drawn(covered: Covered) -> Drawn {
             color = srgb_of(color);
         }
     }
-    let motion = vec4(motion_of(point, clip), 0.0, 0.0);
+    let motion = vec4(motion_of(at, point, clip), 0.0, 0.0);
     var normal = vec4(hit.normal_t.xyz, 0.0);
     normal = select(normal, vec4(0.5 * normal.xyz + 0.5, 1.0), ARE_UNSIGNED);
     return Drawn(vec4(color, 1.0), select(motion, normal, HAS_NORMALS), motion, clip.z / clip.w);

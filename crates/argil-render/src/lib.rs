@@ -67,6 +67,8 @@ pub mod wgsl {
     );
     /// Drawing into the targets of a host.
     pub const COMPOSITE: &str = include_str!("composite.wgsl");
+    /// Finding how far the points of a frame moved, by the interpreter's `motion_wgsl`.
+    pub const MOTION: &str = include_str!("motion.wgsl");
     /// Marching through the field.
     pub const FIELD: &str = concat!(
         include_str!("field_lighting.wgsl"),

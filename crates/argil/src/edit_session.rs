@@ -2,8 +2,12 @@
 
 use crate::edit_report::{EditBudget, EditReport, RebuildReason};
 use crate::memory::{budget_on, without_budget};
+#[cfg(feature = "gpu")]
+use crate::moves::{Moves, SceneState};
 use crate::representation::{Storage, has_outgrown};
 use crate::{BuildError, Engine};
+#[cfg(feature = "gpu")]
+use argil_field::BrushMotion;
 use argil_field::{IncrementalProgram, Program};
 use argil_gpu::{GpuProgram, GpuVolume, HostEncoder};
 use argil_math::Aabb;
@@ -88,6 +92,9 @@ pub(crate) struct EditSession {
     stats: EditStats,
     /// Why the world cannot be updated in place, if it is stale.
     stale_reason: RebuildReason,
+    /// What the last edits moved.
+    #[cfg(feature = "gpu")]
+    moves: Moves,
 }
 
 impl EditSession {
@@ -101,6 +108,8 @@ impl EditSession {
             pending_boxes: Vec::new(),
             stats: EditStats::default(),
             stale_reason: RebuildReason::FailedEdit,
+            #[cfg(feature = "gpu")]
+            moves: Moves::default(),
         }
     }
 
@@ -211,6 +220,9 @@ impl EditSession {
         let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
             return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
         };
+        #[cfg(feature = "gpu")]
+        self.moves
+            .note((self.identity, self.seen_changes), live.moved());
         self.seen_changes = scene.change_count();
         if let Some(watch) = &self.watch {
             watch.set(edits.margins(live.program()));
@@ -375,6 +387,18 @@ impl EditSession {
         } else {
             Vec::new()
         }
+    }
+
+    /// Returns the scene, and the number of its changes that the world has applied.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn state(&self) -> SceneState {
+        (self.identity, self.seen_changes)
+    }
+
+    /// Returns what moved since the world was in a state, if that is known.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn motion_since(&self, state: SceneState) -> Option<BrushMotion> {
+        self.moves.since(state, self.program.as_ref()?)
     }
 
     /// Returns the incremental program, if there is one.

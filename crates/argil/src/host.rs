@@ -4,7 +4,8 @@ use crate::edit_session::EditPace;
 use crate::representation::{MeshStorage, Storage, StoredTriangles};
 use crate::{BuildError, EditReport, RenderError, World, rendering};
 use argil_abi::FrameUniform;
-use argil_gpu::{GpuError, GpuProgram, GpuVolume, HostFrame, HostTargets, ShaderVolume, wgpu};
+use argil_gpu::{GpuError, GpuProgram, GpuVolume, ShaderVolume, wgpu};
+use argil_gpu::{HostFrame, HostSight, HostTargets};
 use argil_render::{Camera, Projection, RenderMode, RenderSettings, frame_uniforms};
 use argil_scene::Scene;
 
@@ -84,12 +85,19 @@ impl World {
         }
         let grid = self.storage.voxel_grid();
         let around = self.view_bounds;
-        let mut frames = frame_uniforms(settings, &camera, self.program(), grid.as_ref(), around);
+        let mut frames = frame_uniforms(settings, &camera, self.tables(), grid.as_ref(), around);
         for own in &mut frames {
             view.write(own);
         }
-        field.upload_instructions(|| self.program());
-        let frames = (&frames[..], view.clip_from_world());
+        self.upload_instructions(field, settings);
+        let state = self.edits.state();
+        let before = frame.show(state).filter(|&before| before != state);
+        let motion = before.and_then(|before| self.edits.motion_since(before));
+        let sight = HostSight {
+            frames: &frames,
+            clip_from_world: view.clip_from_world(),
+            motion: motion.as_ref(),
+        };
         match &self.storage {
             Storage::Mesh(MeshStorage {
                 mesh: StoredTriangles::Gpu(_),
@@ -102,9 +110,9 @@ impl World {
                 if settings.mode == RenderMode::Shaded {
                     self.set_light(field, volume)?;
                 }
-                frame.encode_volume(field, volume, frames, encoder)?;
+                frame.encode_volume(field, volume, sight, encoder)?;
             }
-            _ => frame.encode_field(field, frames, encoder)?,
+            _ => frame.encode_field(field, sight, encoder)?,
         }
         Ok(())
     }
@@ -161,7 +169,7 @@ impl World {
             size: [1, 1],
             ..RenderSettings::default()
         };
-        let frames = frame_uniforms(&settings, &camera, self.program(), grid.as_ref(), around);
+        let frames = frame_uniforms(&settings, &camera, self.tables(), grid.as_ref(), around);
         Ok((field, volume, frames.into_iter().next().unwrap_or_default()))
     }
 }

@@ -30,6 +30,8 @@ mod mesh_error;
 mod mesh_facts;
 mod mesh_file_error;
 mod meshing;
+#[cfg(feature = "gpu")]
+mod moves;
 mod observers;
 mod offset_mesh;
 mod probe;

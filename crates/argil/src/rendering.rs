@@ -7,8 +7,8 @@ use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_gpu::{GpuProgram, GpuVolume, ImageOutput, ImageTextures};
 use argil_math::Aabb;
 use argil_render::{
-    Camera, LitBricks, LiveImage, RenderMode, RenderOutput, RenderSettings, RenderSource,
-    ViewLight, frame_uniforms,
+    Camera, LitBricks, LiveImage, NormalSource, RenderMode, RenderOutput, RenderSettings,
+    RenderSource, ViewLight, frame_uniforms,
 };
 use argil_scene::CameraPose;
 use argil_volume::{Levels, Volume};
@@ -186,6 +186,16 @@ impl World {
         Ok(())
     }
 
+    /// Uploads the instructions of the program, if a frame evaluates it: after edits, they are put together only then.
+    pub(crate) fn upload_instructions(&self, field: &GpuProgram, settings: &RenderSettings) {
+        let is_stored = matches!(self.storage, Storage::Gpu(_) | Storage::Mesh(_));
+        let is_plain =
+            settings.mode != RenderMode::Shaded && settings.normals != NormalSource::Field;
+        if !(is_stored && is_plain) {
+            field.upload_instructions(|| self.program());
+        }
+    }
+
     async fn picture(
         &self,
         camera: &Camera,
@@ -200,13 +210,13 @@ impl World {
         let frames = frame_uniforms(
             settings,
             camera,
-            self.program(),
+            self.tables(),
             voxel_grid.as_ref(),
             self.view_bounds,
         );
         let start = Instant::now();
         if let Some(field) = &self.gpu {
-            field.upload_instructions(|| self.program());
+            self.upload_instructions(field, settings);
             let (picture, duration_ms) = match &self.storage {
                 Storage::Gpu(volume) if settings.mode != RenderMode::Shaded => {
                     volume.render(field, &frames, output).await?

@@ -28,6 +28,29 @@ pub(crate) fn odd_view() -> Mat4 {
     shift * projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
 }
 
+/// Returns the point of a pixel with a depth, by the inverse of the matrix.
+pub(crate) fn point_at(view: Mat4, size: [u32; 2], pixel: usize, depth: f64) -> glam::DVec3 {
+    let (x, y) = (pixel as u32 % size[0], pixel as u32 / size[0]);
+    let clip = glam::DVec4::new(
+        (f64::from(x) + 0.5) / f64::from(size[0]) * 2.0 - 1.0,
+        1.0 - (f64::from(y) + 0.5) / f64::from(size[1]) * 2.0,
+        depth,
+        1.0,
+    );
+    let p = view.as_dmat4().inverse() * clip;
+    p.truncate() / p.w
+}
+
+/// The number of a binary16.
+pub(crate) fn half(bits: u16) -> f32 {
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
+    let size = match exponent {
+        0 => mantissa * 2.0_f32.powi(-24),
+        _ => (1024.0 + mantissa) * 2.0_f32.powi(exponent - 25),
+    };
+    if bits >> 15 == 0 { size } else { -size }
+}
+
 /// A host with a color and a reversed depth buffer.
 pub(crate) struct Host {
     pub(crate) device: wgpu::Device,

@@ -1,6 +1,6 @@
 //! Cameras of a host, as matrices.
 
-use crate::host_common::{CLEAR, Host, odd_view, representations, target};
+use crate::host_common::{CLEAR, Host, half, odd_view, point_at, representations, target};
 use argil::gpu::{HostTargets, wgpu};
 use argil::prelude::*;
 use argil::render::Projection;
@@ -15,19 +15,6 @@ fn parallel_view(is_reversed: bool) -> Mat4 {
     let projection = directx::orthographic(-1.5, 1.1, -0.9, 1.2, near, far);
     let up = Vec3::new(0.4, 1.0, 0.1);
     projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
-}
-
-/// Returns the point of a pixel with a depth, by the inverse of the matrix.
-fn point_at(view: Mat4, size: [u32; 2], pixel: usize, depth: f64) -> glam::DVec3 {
-    let (x, y) = (pixel as u32 % size[0], pixel as u32 / size[0]);
-    let clip = glam::DVec4::new(
-        (f64::from(x) + 0.5) / f64::from(size[0]) * 2.0 - 1.0,
-        1.0 - (f64::from(y) + 0.5) / f64::from(size[1]) * 2.0,
-        depth,
-        1.0,
-    );
-    let p = view.as_dmat4().inverse() * clip;
-    p.truncate() / p.w
 }
 
 /// Where the ray between two points meets a sphere around the origin, by the quadratic formula.
@@ -81,16 +68,6 @@ fn depths_are_those_of_the_formula() -> Outcome {
         }
     }
     Ok(())
-}
-
-/// The number of a binary16.
-fn half(bits: u16) -> f32 {
-    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
-    let size = match exponent {
-        0 => mantissa * 2.0_f32.powi(-24),
-        _ => (1024.0 + mantissa) * 2.0_f32.powi(exponent - 25),
-    };
-    if bits >> 15 == 0 { size } else { -size }
 }
 
 /// Normals and motion go to targets of their own, those that there are: the sphere's, and those of its points by both matrices.

@@ -15,6 +15,8 @@ mod host_common;
 #[cfg(feature = "gpu")]
 mod host_edits;
 #[cfg(feature = "gpu")]
+mod host_motion;
+#[cfg(feature = "gpu")]
 mod host_views;
 #[cfg(feature = "gpu")]
 mod image_textures;

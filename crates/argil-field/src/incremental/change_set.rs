@@ -13,6 +13,8 @@ use std::collections::HashSet;
 pub struct ChangeSet {
     /// Operands before the update. Their parameters stay until the next update.
     pub(super) before: Vec<Operand>,
+    /// Their nodes.
+    pub(super) nodes: Vec<NodeId>,
     /// Operands of each part.
     pub(super) near: FxHashMap<Part, Vec<usize>>,
     /// Operands after the update.

@@ -70,6 +70,24 @@ impl IncrementalProgram {
         writer.end();
     }
 
+    /// Appends the instructions that can matter in some boxes, for distances up to the far length.
+    pub(super) fn list_near(&self, boxes: &[Aabb], out: &mut Vec<Instruction>) {
+        let mut writer = ListWriter::new(&self.groups, out);
+        let is_near = |own: &&Operand| {
+            if self.counts.morphs > 0 || self.index.is_everywhere(own, &self.groups) {
+                return true;
+            }
+            let held = self.index.grown_box(own, &self.groups);
+            boxes
+                .iter()
+                .any(|near| !held.intersection(*near).is_empty())
+        };
+        self.acting()
+            .filter(is_near)
+            .for_each(|own| writer.put(own.group, &own.instructions));
+        writer.end();
+    }
+
     pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, own: &PartEntry) {
         match &own.instr {
             Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),

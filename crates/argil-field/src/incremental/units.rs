@@ -74,6 +74,7 @@ impl IncrementalProgram {
             if let Some(old) = self.remove(node) {
                 self.groups.release(old.group, node);
                 changes_made.before.push(old);
+                changes_made.nodes.push(node);
                 continue;
             }
             let found = self.groups.find(node).filter(|&group| group != ROOT);
