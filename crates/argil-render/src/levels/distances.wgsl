@@ -1,4 +1,4 @@
-// Distances in cells of levels, and what rays used and lacked.
+// Distances in cells of levels.
 
 fn sample_at(texel: vec3<u32>) -> f32 {
     return textureLoad(stored, texel, 0).x;
@@ -31,25 +31,4 @@ fn empty_distance(found: LevelCell) -> f32 {
 fn level_distance(found: LevelCell) -> f32 {
     let in_brick = is_brick(found.word);
     return select(empty_distance(found), brick_distance(select(0u, found.word, in_brick), found.inner, found.voxel), in_brick);
-}
-
-fn set_bits(at: u32, bits: u32) {
-    if (atomicLoad(&feedback[at]) & bits) != bits {
-        atomicOr(&feedback[at], bits);
-    }
-}
-
-// Notes that a ray used a cell, and what it lacked.
-fn note(found: LevelCell) {
-    set_bits(FEEDBACK_HEAD + FEEDBACK_WORDS * (found.cell / 8u), 1u << (found.cell & 7u));
-    if found.lacks_child == NOTHING {
-        return;
-    }
-    let inner = found.lacks & 7u;
-    let at = FEEDBACK_HEAD + FEEDBACK_WORDS * (found.lacks / 8u);
-    if found.lacks_child == OWN_BRICK {
-        set_bits(at, 256u << inner);
-    } else {
-        set_bits(at + 1u + inner / 4u, 1u << (8u * (inner & 3u) + found.lacks_child));
-    }
 }

@@ -1,10 +1,11 @@
 // GPU version of solve in step.rs: intersects a ray with the surface in its voxel, and computes the normal there.
 
-fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, found: LevelCell, close: f32) -> Intersection {
+// `far` is how far from the eye the ray's point is at most.
+fn intersect_voxel(direction: vec3<f32>, t: f32, far: f32, side: f32, gap: f32, found: LevelCell, close: f32) -> Intersection {
     let inner = found.inner;
     let voxel = min(floor(inner), vec3(7.0));
     let p = inner - voxel;
-    let way = ray.direction * (1.0 / found.voxel);
+    let way = direction * (1.0 / found.voxel);
     let leave = max(min(way_out(way.x, p.x), min(way_out(way.y, p.y), way_out(way.z, p.z))), 0.0);
     let third = way * (leave * (1.0 / 3.0));
     let f1 = brick_distance(found.word, inner + third, found.voxel) * side;
@@ -13,7 +14,7 @@ fn intersect_voxel(ray: Ray, t: f32, side: f32, gap: f32, found: LevelCell, clos
     let root = first_root(gap, f1, f2, f3);
     let starts_below = gap <= 0.0;
     if !(starts_below || root.is_crossed || gap < close) {
-        return Intersection(false, t + leave + NUDGE_VOXELS * found.voxel + NUDGE_RELATIVE * t);
+        return Intersection(false, t + leave + NUDGE_VOXELS * found.voxel + NUDGE_RELATIVE * far);
     }
     return Intersection(true, t + select(root.share, 0.0, starts_below || !root.is_crossed) * leave);
 }
@@ -73,9 +74,4 @@ fn level_normal(found: LevelCell, side: f32) -> vec3<f32> {
     let n = vec3(change_along(found, 0u), change_along(found, 1u), change_along(found, 2u));
     let length = sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     return n * select(0.0, side / max(length, 1e-37), length > 0.0);
-}
-
-// `march` has already computed it.
-fn surface_normal(hit: Hit, ray: Ray) -> vec3<f32> {
-    return hit.normal_t.xyz;
 }

@@ -112,3 +112,23 @@ fn locate(away: vec3<f32>, wanted: u32, start: u32) -> LevelCell {
     let whole = vec3<i32>(floor(clamp(point, vec3(-1e9), vec3(1e9))));
     return placed(search(clamp(eye_voxel() + whole, first, last), wanted, start), point);
 }
+
+// Finds the nearest cell with a brick above a cell without one, at the same offset from the camera. Only where the
+// coarsest level has no brick either, the cell has none.
+fn brick_above(empty: LevelCell, away: vec3<f32>) -> LevelCell {
+    let above = page_parent(empty.cell / 8u);
+    if is_brick(empty.word) || above == NO_PAGE {
+        return empty;
+    }
+    var found = empty;
+    found.cell = above;
+    if cell_word(above) == MISSING_BRICK {
+        found.lacks = above;
+        found.lacks_child = OWN_BRICK;
+        found.cell = resident_above(above);
+    }
+    found.word = cell_word(found.cell);
+    found.level = page_level(found.cell / 8u);
+    found.voxel = volume.voxel_size * level_scale(found.level);
+    return placed(found, volume.eye_inner + away * (1.0 / volume.voxel_size));
+}
