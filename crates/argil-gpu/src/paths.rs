@@ -12,7 +12,7 @@ use crate::pass_module::{PassModule, Passes};
 use crate::path_buffers::{PathBuffers, PathWork};
 use crate::render::FIELD;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode};
-use crate::{DeviceKind, Gpu, GpuError, GpuProgram};
+use crate::{DeviceKind, Gpu, GpuError, GpuProgram, GpuVolume};
 use argil_abi::PathUniform;
 use argil_math::Control;
 use argil_render::{Still, wgsl};
@@ -44,7 +44,7 @@ impl GpuProgram {
     }
 
     /// Adds paths of light through a representation that is bound.
-    pub(crate) async fn trace_through(
+    async fn trace_through(
         &self,
         way: &'static TraceMode,
         bound: Vec<BoundResource>,
@@ -89,6 +89,27 @@ impl GpuProgram {
             },
         };
         paths.trace(&work, uniform, still).await
+    }
+}
+
+impl GpuVolume {
+    /// Whether paths of light pass through it.
+    pub fn has_paths(&self) -> bool {
+        self.way().paths.is_some()
+    }
+
+    /// Adds paths of light to a still, through the volume: see [`GpuProgram::trace_paths`].
+    ///
+    /// # Errors
+    /// If paths do not pass through this kind, the device cannot evaluate the field, or it fails.
+    pub async fn trace_paths(
+        &self,
+        field: &GpuProgram,
+        work: PathWork<'_>,
+        still: &mut Still,
+    ) -> Result<(), GpuError> {
+        let bound = self.bound(field.gpu(), work.frame, self.uniform());
+        field.trace_through(self.way(), bound, work, still).await
     }
 }
 

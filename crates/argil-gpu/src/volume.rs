@@ -1,7 +1,6 @@
 //! A volume on the device: what all kinds share, and the trait that each implements in its own file.
 
 use crate::frame_extras::FrameExtras;
-use crate::path_buffers::PathWork;
 use crate::render::RenderPasses;
 use crate::resources::uniform_for;
 use crate::storage_buffer::StorageBuffer;
@@ -11,7 +10,7 @@ use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, HostEncoder, ImageOutput};
 use argil_abi::{BrickUniform, DenseUniform, FrameUniform};
 use argil_field::IncrementalProgram;
-use argil_render::{RenderOutput, Still};
+use argil_render::RenderOutput;
 use argil_volume::{
     BrickLayout, EditStats, Encoding, Levels, PendingEdits, Volume, VolumeInfo, VoxelGrid,
 };
@@ -245,7 +244,7 @@ impl GpuVolume {
         first: &FrameUniform,
         uniform: &wgpu::Buffer,
     ) -> Result<(Arc<RenderPasses>, Vec<BoundResource>), GpuError> {
-        let passes = field.picture(self.kind.way(), first)?;
+        let passes = field.picture(self.way(), first)?;
         Ok((passes, self.bound(field.gpu(), first, uniform)))
     }
 
@@ -271,25 +270,9 @@ impl GpuVolume {
         bound
     }
 
-    /// Whether paths of light pass through it.
-    pub fn has_paths(&self) -> bool {
-        self.kind.way().paths.is_some()
-    }
-
-    /// Adds paths of light to a still, through the volume: see [`GpuProgram::trace_paths`].
-    ///
-    /// # Errors
-    /// If paths do not pass through this kind, the device cannot evaluate the field, or it fails.
-    pub async fn trace_paths(
-        &self,
-        field: &GpuProgram,
-        work: PathWork<'_>,
-        still: &mut Still,
-    ) -> Result<(), GpuError> {
-        let bound = self.bound(field.gpu(), work.frame, self.uniform());
-        field
-            .trace_through(self.kind.way(), bound, work, still)
-            .await
+    /// Returns how its images are traced.
+    pub(crate) fn way(&self) -> &'static TraceMode {
+        self.kind.way()
     }
 
     /// Returns the levels of detail, of which the device has a copy, or `None` for another kind.
