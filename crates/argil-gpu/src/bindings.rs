@@ -73,6 +73,10 @@ pub(crate) const LIGHT_WGSL: &str = "
 
 pub(crate) const LEVELS_WGSL: &str = "
 @group(0) @binding(BIND_CELLS) var<storage, read> cells: array<u32>;
+";
+
+/// What the rays of an image used and lacked.
+pub(crate) const FEEDBACK_WGSL: &str = "
 @group(0) @binding(BIND_FEEDBACK) var<storage, read_write> feedback: array<atomic<u32>>;
 ";
 

@@ -33,7 +33,7 @@ use crate::pass_module::PassModule;
 use crate::resources::extent;
 use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
-use crate::trace_mode::{BoundResource, PathMode, TraceMode};
+use crate::trace_mode::{BoundResource, HostMode, PathMode, TraceMode};
 use crate::volume::{ClipUpdate, EditContext, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
@@ -48,9 +48,18 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The uniform of bricks.
-pub(crate) const BRICKS_WGSL: &str = "
+const BRICKS_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: BrickUniform;
 ";
+
+/// What paths of light and shaders of a host read.
+const BRICK_BINDS: [Bind; 5] = [
+    Bind::Uniform(VOLUME),
+    Bind::Texture(STORED),
+    Bind::Filter(LINEAR),
+    Bind::Read(CELLS),
+    Bind::Read(BRICK_MATERIALS),
+];
 
 macro_rules! way {
     ($name:literal, $constants:expr) => {
@@ -79,14 +88,9 @@ macro_rules! way {
             paths: Some(PathMode {
                 name: concat!("paths through ", $name),
                 wgsl: argil_render::wgsl::BRICK_PATHS,
-                binds: &[
-                    Bind::Uniform(VOLUME),
-                    Bind::Texture(STORED),
-                    Bind::Filter(LINEAR),
-                    Bind::Read(CELLS),
-                    Bind::Read(BRICK_MATERIALS),
-                ],
+                binds: &BRICK_BINDS,
             }),
+            host: Some(&BRICK_HOST),
             has_cones: true,
             by_lists: false,
         }
@@ -97,6 +101,15 @@ macro_rules! way {
 static FLAT: TraceMode = way!("bricks", &[("HAS_LEVELS", 0.0)]);
 /// For a world so wide that its block table has node levels.
 static WIDE: TraceMode = way!("wide bricks", &[]);
+
+static BRICK_HOST: HostMode = HostMode {
+    tables: || {
+        let bindings = [BRICKS_WGSL, VOLUME_WGSL, CELLS_WGSL].concat();
+        bindings + wgsl::BRICK_CELLS + wgsl::BRICK_MATERIALS
+    },
+    wgsl: argil_render::wgsl::BRICK_HOST,
+    binds: &BRICK_BINDS,
+};
 
 /// Mixed bricks for which there is room, besides a quarter of all. What a build does not need is freed.
 const MIXED_ROOM: u64 = 4096;

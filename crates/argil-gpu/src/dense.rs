@@ -46,6 +46,7 @@ pub(crate) static DENSE: TraceMode = TraceMode {
         wgsl: wgsl::DENSE_PATHS,
         binds: &VOLUME_BINDS,
     }),
+    host: None,
     has_cones: false,
     by_lists: false,
 };

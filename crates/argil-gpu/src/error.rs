@@ -75,11 +75,19 @@ pub enum GpuError {
     /// The representation cannot be meshed.
     #[error("this representation cannot be meshed: use the field, a dense volume or sparse bricks")]
     NotMeshable,
-    /// Shaders of a host read sparse bricks only.
+    /// Shaders of a host read sparse bricks and levels of detail only.
     #[error(
-        "shaders of a host read sparse bricks, and this is another representation: use `World::bricks`"
+        "shaders of a host read bricks and levels, and not {name}: build the world as one of these"
     )]
-    NotBricks,
+    NoShaderVolume {
+        /// Name of the representation.
+        name: &'static str,
+    },
+    /// Shaders of a host were bound to another representation.
+    #[error(
+        "shaders of a host were bound to another representation: bind the world again, with `World::shader_volume`"
+    )]
+    OtherShaderVolume,
     /// An encoder with edits was dropped, so that the world does not match its scene, or it is still to be submitted.
     #[error(
         "an encoder with edits was dropped, or is not submitted yet: submit it first, or apply the scene again, which builds the world"

@@ -13,11 +13,12 @@ use self::feedback::{FrameSight, feedback_bytes, note};
 pub(crate) use self::pool::{LevelPool, packed};
 use self::tables::LevelTables;
 use crate::bindings::{
-    Bind, CELLS, FEEDBACK, LEVELS_WGSL, LINEAR, LIVE, LIVE_WGSL, STORED, VOLUME, VOLUME_WGSL,
+    Bind, CELLS, FEEDBACK, FEEDBACK_WGSL, LEVELS_WGSL, LINEAR, LIVE, LIVE_WGSL, STORED, VOLUME,
+    VOLUME_WGSL,
 };
 use crate::program::GpuProgram;
 use crate::storage_buffer::StorageBuffer;
-use crate::trace_mode::{BoundResource, TraceMode};
+use crate::trace_mode::{BoundResource, HostMode, TraceMode};
 use crate::volume::{EditContext, GpuVolume, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
 use crate::{Gpu, GpuError};
@@ -42,6 +43,7 @@ pub(crate) static LEVELS: TraceMode = TraceMode {
             UNIFORM_WGSL,
             VOLUME_WGSL,
             LEVELS_WGSL,
+            FEEDBACK_WGSL,
             LIVE_WGSL,
             wgsl::BRICK_MATERIALS,
         ]
@@ -59,8 +61,28 @@ pub(crate) static LEVELS: TraceMode = TraceMode {
     draws: false,
     is_exact: false,
     paths: None,
+    host: Some(&LEVEL_HOST),
     has_cones: true,
     by_lists: false,
+};
+
+/// Shaders of a host ask for no pages, so they write nothing.
+static LEVEL_HOST: HostMode = HostMode {
+    tables: || {
+        [
+            UNIFORM_WGSL,
+            VOLUME_WGSL,
+            LEVELS_WGSL,
+            wgsl::BRICK_MATERIALS,
+        ]
+        .concat()
+    },
+    wgsl: argil_render::wgsl::LEVEL_HOST,
+    binds: &[
+        Bind::Uniform(VOLUME),
+        Bind::Texture(STORED),
+        Bind::Read(CELLS),
+    ],
 };
 
 /// Levels on the CPU, and their copy on the device.

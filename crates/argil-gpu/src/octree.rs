@@ -55,6 +55,7 @@ pub(crate) static OCTREE: TraceMode = TraceMode {
     draws: false,
     is_exact: false,
     paths: None,
+    host: None,
     has_cones: false,
     by_lists: false,
 };

@@ -27,6 +27,7 @@ pub(crate) static MESH: TraceMode = TraceMode {
     draws: true,
     is_exact: false,
     paths: None,
+    host: None,
     has_cones: false,
     by_lists: false,
 };

@@ -38,6 +38,7 @@ const WHOLE_FIELD: TraceMode = TraceMode {
         wgsl: wgsl::FIELD_PATHS,
         binds: &[],
     }),
+    host: None,
     has_cones: false,
     by_lists: false,
 };

@@ -1,91 +1,85 @@
 //! Volumes in the shaders of a host.
 
-use crate::bindings::{
-    BRICK_MATERIALS, Bind, CELLS, CELLS_WGSL, FRAME, FRAME_WGSL, LINEAR, MATERIALS, STORED, VOLUME,
-    VOLUME_WGSL, layout_for,
-};
-use crate::bricks::BRICKS_WGSL;
+use crate::bindings::{Bind, FRAME, FRAME_WGSL, MATERIALS, layout_for};
 use crate::resources::uniform_for;
-use crate::trace_mode::BoundResource;
+use crate::trace_mode::{BoundResource, HostMode};
 use crate::{Gpu, GpuError, GpuProgram, GpuVolume};
 use argil_abi::FrameUniform;
-use argil_render::wgsl;
 use std::collections::HashSet;
 
-/// What the shaders read.
-const BINDS: [Bind; 7] = [
-    Bind::Uniform(FRAME),
-    Bind::Read(MATERIALS),
-    Bind::Uniform(VOLUME),
-    Bind::Texture(STORED),
-    Bind::Filter(LINEAR),
-    Bind::Read(CELLS),
-    Bind::Read(BRICK_MATERIALS),
-];
+/// What the shaders read of any volume.
+const BINDS: [Bind; 2] = [Bind::Uniform(FRAME), Bind::Read(MATERIALS)];
 const MATERIALS_WGSL: &str = "
 @group(0) @binding(BIND_MATERIALS) var<storage, read> materials: array<GpuMaterial>;
 ";
 /// The prefix of all names.
 const PREFIX: &str = "argil_";
 
-/// Sparse bricks in the shaders of a host: WGSL, and the bind group that it reads.
+/// A volume in the shaders of a host: WGSL, and the bind group that it reads.
 #[derive(Debug)]
 pub struct ShaderVolume {
+    mode: &'static HostMode,
     layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
     bound: Vec<BoundResource>,
+    uniforms: HostUniforms,
+}
+
+/// The uniforms of a frame and of a volume, besides those of images.
+#[derive(Debug)]
+struct HostUniforms {
     frame: wgpu::Buffer,
     volume: wgpu::Buffer,
 }
 
 impl ShaderVolume {
-    /// Binds a volume. The rays of shaders have the steps and the accuracy of a frame.
+    /// Binds a volume of sparse bricks or of levels. The rays of shaders have the steps and the accuracy of a frame. Levels compute
+    /// relative to the frame's eye, so distances are most precise there.
     ///
     /// # Errors
-    /// If the volume is not of sparse bricks, or the device fails.
+    /// If the volume is of another representation, or the device fails.
     pub fn new(
         field: &GpuProgram,
         volume: &GpuVolume,
         frame: &FrameUniform,
     ) -> Result<Self, GpuError> {
-        if volume.brick_layout().is_none() {
-            return Err(GpuError::NotBricks);
-        }
+        let mode = mode_of(volume)?;
         let gpu = field.gpu();
         let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
         gpu.with_error_scope(|| {
-            let layout = layout_for(gpu, "ShaderVolume", stages, &BINDS);
-            let own = uniform_for(gpu, "rays of a host", size_of::<FrameUniform>() as u64);
-            let uniform = uniform_for(gpu, "volume of a host", volume.uniform().size());
-            let bound = resources(field, volume, frame, &own, &uniform);
-            let group = group_of(gpu, &layout, &bound);
-            gpu.write_buffer(&own, 0, bytemuck::bytes_of(frame));
+            let binds: Vec<Bind> = BINDS.iter().chain(mode.binds).copied().collect();
+            let layout = layout_for(gpu, "ShaderVolume", stages, &binds);
+            let uniforms = HostUniforms {
+                frame: uniform_for(gpu, "rays of a host", size_of::<FrameUniform>() as u64),
+                volume: uniform_for(gpu, "volume of a host", volume.uniform().size()),
+            };
+            let bound = uniforms.write(field, volume, frame, mode);
             Self {
+                mode,
+                group: group_of(gpu, &layout, &bound),
                 layout,
-                group,
                 bound,
-                frame: own,
-                volume: uniform,
+                uniforms,
             }
         })
     }
 
-    /// Follows edits of the volume. Returns whether there is another bind group, because memory grew.
+    /// Follows edits of the volume, and pages of levels that came or went. Returns whether there is another bind group, because
+    /// memory grew.
     ///
     /// # Errors
-    /// If the volume is not of sparse bricks, or the device fails.
+    /// If the volume is of another representation than the one that was bound, or the device fails.
     pub fn follow(
         &mut self,
         field: &GpuProgram,
         volume: &GpuVolume,
         frame: &FrameUniform,
     ) -> Result<bool, GpuError> {
-        if volume.brick_layout().is_none() {
-            return Err(GpuError::NotBricks);
+        if !std::ptr::eq(mode_of(volume)?, self.mode) {
+            return Err(GpuError::OtherShaderVolume);
         }
         let gpu = field.gpu();
-        gpu.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
-        let bound = resources(field, volume, frame, &self.frame, &self.volume);
+        let bound = self.uniforms.write(field, volume, frame, self.mode);
         let is_other = bound != self.bound;
         if is_other {
             self.group = gpu.with_error_scope(|| group_of(gpu, &self.layout, &bound))?;
@@ -105,18 +99,18 @@ impl ShaderVolume {
     /// * `argil_cast_ray(origin: vec3<f32>, direction: vec3<f32>, max_length: f32) -> ArgilHit`: `is_hit`, the length `t` along a
     ///   unit direction, and the `normal` toward the ray.
     ///
+    /// In levels, the finest page that is there answers. Pages that no image asked for are missing, and a coarser one answers there.
+    /// A page's distances are off by at most half a diagonal of its voxels, times the Lipschitz constant. Its band is as many of
+    /// its own voxels. Away from the surface, coarser pages answer, with voxels in proportion to the distance.
+    ///
     /// Points, lengths and distances are in the scene's unit.
     pub fn wgsl(&self, group: u32) -> String {
         let source = [
-            &argil_abi::wgsl(),
+            argil_abi::wgsl().as_str(),
             MATERIALS_WGSL,
             FRAME_WGSL,
-            BRICKS_WGSL,
-            VOLUME_WGSL,
-            CELLS_WGSL,
-            argil_volume::wgsl::BRICK_CELLS,
-            argil_volume::wgsl::BRICK_MATERIALS,
-            wgsl::BRICK_HOST,
+            &(self.mode.tables)(),
+            self.mode.wgsl,
         ]
         .concat();
         prefixed(&source).replace("@group(0)", &format!("@group({group})"))
@@ -133,19 +127,30 @@ impl ShaderVolume {
     }
 }
 
-/// Writes the volume's uniform, and returns what shaders are bound to.
-fn resources(
-    field: &GpuProgram,
-    volume: &GpuVolume,
-    frame: &FrameUniform,
-    own: &wgpu::Buffer,
-    uniform: &wgpu::Buffer,
-) -> Vec<BoundResource> {
-    let mut all = vec![BoundResource::buffer(FRAME, own)];
-    all.extend(field.bound());
-    all.extend(volume.bound(field.gpu(), frame, uniform));
-    all.retain(|resource| BINDS.iter().any(|bind| bind.place() == resource.place()));
-    all
+impl HostUniforms {
+    /// Writes them, and returns what shaders are bound to.
+    fn write(
+        &self,
+        field: &GpuProgram,
+        volume: &GpuVolume,
+        frame: &FrameUniform,
+        mode: &HostMode,
+    ) -> Vec<BoundResource> {
+        let gpu = field.gpu();
+        gpu.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+        let mut all = vec![BoundResource::buffer(FRAME, &self.frame)];
+        all.extend(field.bound());
+        all.extend(volume.bound(gpu, frame, &self.volume));
+        let binds = BINDS.iter().chain(mode.binds);
+        all.retain(|resource| binds.clone().any(|bind| bind.place() == resource.place()));
+        all
+    }
+}
+
+/// Returns how shaders of a host ask a volume.
+fn mode_of(volume: &GpuVolume) -> Result<&'static HostMode, GpuError> {
+    let way = volume.way();
+    way.host.ok_or(GpuError::NoShaderVolume { name: way.name })
 }
 
 fn group_of(gpu: &Gpu, layout: &wgpu::BindGroupLayout, bound: &[BoundResource]) -> wgpu::BindGroup {

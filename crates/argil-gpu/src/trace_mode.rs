@@ -24,6 +24,8 @@ pub(crate) struct TraceMode {
     pub is_exact: bool,
     /// How paths of light pass through it, if they can.
     pub paths: Option<PathMode>,
+    /// How shaders of a host ask it, if they can.
+    pub host: Option<&'static HostMode>,
     /// Whether cones go first, and leave a list of active blocks of pixels. Then hits have normals, and light and
     /// materials come from the volume.
     pub has_cones: bool,
@@ -44,6 +46,17 @@ pub(crate) struct PathMode {
     /// Unique name of its passes.
     pub name: &'static str,
     /// WGSL that answers what paths ask, besides [`TraceMode::tables`].
+    pub wgsl: &'static str,
+    /// The bindings that it uses.
+    pub binds: &'static [Bind],
+}
+
+/// How shaders of a host ask a representation. What all of them have is the frame's uniform and the materials.
+#[derive(Debug)]
+pub(crate) struct HostMode {
+    /// WGSL of its bindings, and what else it needs.
+    pub tables: fn() -> String,
+    /// WGSL of what the shaders ask.
     pub wgsl: &'static str,
     /// The bindings that it uses.
     pub binds: &'static [Bind],

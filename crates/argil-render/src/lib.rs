@@ -152,7 +152,22 @@ pub mod wgsl {
         include_str!("bricks/walk.wgsl"),
         include_str!("bricks/stored_material.wgsl"),
         include_str!("path/brick_scene.wgsl"),
+        include_str!("host.wgsl"),
         include_str!("bricks/host.wgsl")
+    );
+    /// What shaders of a host ask of levels of detail.
+    pub const LEVEL_HOST: &str = concat!(
+        include_str!("camera.wgsl"),
+        include_str!("levels/records.wgsl"),
+        include_str!("levels/locate.wgsl"),
+        include_str!("levels/distances.wgsl"),
+        include_str!("bricks/cubic.wgsl"),
+        include_str!("levels/intersect.wgsl"),
+        include_str!("bricks/motion.wgsl"),
+        include_str!("levels/walk.wgsl"),
+        include_str!("levels/stored_material.wgsl"),
+        include_str!("host.wgsl"),
+        include_str!("levels/host.wgsl")
     );
     /// What paths of light ask of a dense volume.
     pub const DENSE_PATHS: &str = concat!(

@@ -117,8 +117,12 @@ impl World {
         Ok(())
     }
 
-    /// Binds a world of bricks for a host's shaders: they ask for distances, gradients, materials and rays. Edits change what they
-    /// read once [`World::update_shader_volume`] has followed them.
+    /// Binds a world of bricks or of levels for a host's shaders: they ask for distances, gradients, materials and rays. Edits
+    /// change what they read once [`World::update_shader_volume`] has followed them.
+    ///
+    /// In levels, the finest page that is there answers. Shaders of a host ask for no pages. Where no image asked for a fine page,
+    /// a coarser one answers. [`World::refine`] bakes what a view needs, and [`World::render`] with [`World::fill_pages`] does, too.
+    /// Positions are computed relative to the center of [`World::view_bounds`], in single precision.
     ///
     /// ```no_run
     /// use argil::gpu::wgpu;
@@ -141,16 +145,17 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// If the world is on the CPU or not of bricks, or the device fails.
+    /// If the world is on the CPU, or neither of bricks nor of levels, or the device fails.
     pub fn shader_volume(&self) -> Result<ShaderVolume, RenderError> {
         let (field, volume, frame) = self.volume_of_shaders()?;
         Ok(ShaderVolume::new(field, volume, &frame)?)
     }
 
-    /// Follows edits of the world. Returns whether there is another bind group, because memory grew.
+    /// Follows edits of the world, and the pages of levels that came or went. Returns whether there is another bind group, because
+    /// memory grew. Call it before each submission whose shaders read the volume, if the world has changed since.
     ///
     /// # Errors
-    /// As for [`World::shader_volume`].
+    /// As for [`World::shader_volume`], and if the world has another representation than the one that was bound.
     pub fn update_shader_volume(&self, own: &mut ShaderVolume) -> Result<bool, RenderError> {
         let (field, volume, frame) = self.volume_of_shaders()?;
         Ok(own.follow(field, volume, &frame)?)
@@ -160,7 +165,8 @@ impl World {
     fn volume_of_shaders(&self) -> Result<(&GpuProgram, &GpuVolume, FrameUniform), RenderError> {
         let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
         let Storage::Gpu(volume) = &self.storage else {
-            return Err(GpuError::NotBricks.into());
+            let name = self.representation.name();
+            return Err(GpuError::NoShaderVolume { name }.into());
         };
         let grid = self.storage.voxel_grid();
         let around = self.view_bounds;
@@ -170,6 +176,11 @@ impl World {
             ..RenderSettings::default()
         };
         let frames = frame_uniforms(&settings, &camera, self.tables(), grid.as_ref(), around);
-        Ok((field, volume, frames.into_iter().next().unwrap_or_default()))
+        let frame = FrameUniform {
+            // Rays come from anywhere.
+            eye: camera.target.to_array(),
+            ..frames.into_iter().next().unwrap_or_default()
+        };
+        Ok((field, volume, frame))
     }
 }

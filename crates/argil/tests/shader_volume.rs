@@ -1,16 +1,52 @@
-//! Bricks in the shaders of a host, against the queries of the same world on the CPU.
+//! Bricks and levels in the shaders of a host, against the queries of the same world on the CPU.
 
 use crate::host_common::Host;
-use argil::gpu::{ShaderVolume, wgpu};
+use argil::gpu::{GpuError, ShaderVolume, wgpu};
 use argil::prelude::*;
 use argil::scene::Material;
-use argil::{BricksOptions, RenderError, Representation};
+use argil::{BricksOptions, LevelsOptions, RenderError, Representation};
 use glam::Vec3;
+use std::error::Error;
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+type Outcome = Result<(), Box<dyn Error>>;
 
 /// Edge of a voxel.
 const VOXEL: f32 = 1.0 / 64.0;
+
+/// What shaders of a host can ask.
+fn representations() -> [Representation; 2] {
+    let voxel_size = Some(VOXEL);
+    let bricks = BricksOptions {
+        voxel_size,
+        ..BricksOptions::default()
+    };
+    let levels = LevelsOptions {
+        voxel_size,
+        ..LevelsOptions::default()
+    };
+    [bricks.into(), levels.into()]
+}
+
+/// Looks at a world from all sides, so that levels bake their finest pages.
+fn look_around(world: &mut World) -> Outcome {
+    let settings = RenderSettings {
+        size: [160, 160],
+        mode: RenderMode::Normal,
+        ..RenderSettings::default()
+    };
+    for place in [
+        [0.0, 0.0],
+        [90.0, 20.0],
+        [180.0, -20.0],
+        [270.0, 0.0],
+        [0.0, 80.0],
+        [0.0, -80.0],
+    ] {
+        let camera = Camera::orbit(world.view_bounds(), [place[0], place[1], 2.2], 50.0);
+        world.refine(&camera, &settings)?;
+    }
+    Ok(())
+}
 
 /// A host's shader, with names that the volume's code has, too.
 const ASK: &str = "
@@ -79,7 +115,7 @@ fn asked(
     host: &Host,
     volume: &ShaderVolume,
     rays: &[[Vec3; 2]],
-) -> Result<Vec<[[f32; 4]; 4]>, Box<dyn std::error::Error>> {
+) -> Result<Vec<[[f32; 4]; 4]>, Box<dyn Error>> {
     let device = &host.device;
     let buffer = |size, usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
@@ -132,7 +168,7 @@ fn asked(
 }
 
 /// A red ball with a blue ring, smoothly joined, and a bite.
-fn scene() -> Result<Scene, Box<dyn std::error::Error>> {
+fn scene() -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::new();
     let material = |base_color, roughness, metallic| Material {
         base_color,
@@ -185,12 +221,17 @@ impl Share {
     }
 }
 
+/// How many answers are right, by what was asked, and the share that must be.
+type Shares = [(&'static str, Share, f64); 7];
+
 /// Compares what shaders answer with the exact field on the CPU.
-fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
+fn compared(host: &Host, world: &World, volume: &ShaderVolume) -> Result<Shares, Box<dyn Error>> {
     let rays = rays(12_000);
     let answers = asked(host, volume, &rays)?;
     let query = world.query();
     let voxel = VOXEL;
+    // Far from the surface, voxels of levels are larger.
+    let is_levels = world.levels().is_some();
     let [mut distances, mut bounds, mut slopes] = <[Share; 3]>::default();
     let [mut hits, mut lengths, mut normals, mut materials] = <[Share; 4]>::default();
     for ([p, direction], [first, gradient, normal, base]) in rays.into_iter().zip(answers) {
@@ -201,7 +242,8 @@ fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
             let unit = |v: &[f32]| Vec3::from_slice(v).normalize_or_zero();
             slopes.add(unit(&gradient[..3]).dot(unit(&slope)) > 0.95);
         } else {
-            let is_bound = d.abs() <= exact.abs() + 0.1 * voxel;
+            let more = if is_levels { 0.25 * exact.abs() } else { 0.0 };
+            let is_bound = d.abs() <= exact.abs() + 0.1 * voxel + more;
             bounds.add(is_bound && (d < 0.0) == (exact < 0.0) && d != 0.0);
         }
         let hit = query.cast_ray(p.into(), direction.into(), 100.0);
@@ -220,7 +262,7 @@ fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
             materials.add(is_right && rest.iter().all(|d| d.abs() < 0.15));
         }
     }
-    for (name, share, least) in [
+    Ok([
         ("distances", distances, 0.97),
         ("bounds", bounds, 1.0),
         ("gradients", slopes, 0.9),
@@ -228,11 +270,18 @@ fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
         ("lengths", lengths, 0.97),
         ("normals", normals, 0.95),
         ("materials", materials, 0.95),
-    ] {
+    ])
+}
+
+/// Fails if too many answers are wrong.
+fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
+    let kind = world.representation().name();
+    for (name, share, least) in compared(host, world, volume)? {
         let Share { right, all } = share;
+        println!("{kind}, {name}: {right} of {all}");
         assert!(
             share.is_at_least(least),
-            "{name}: {right} of {all} are right"
+            "{kind}, {name}: {right} of {all} are right"
         );
     }
     Ok(())
@@ -243,22 +292,31 @@ fn compare(host: &Host, world: &World, volume: &ShaderVolume) -> Outcome {
 fn shaders_ask_what_the_field_says() -> Outcome {
     let host = Host::new([8, 8])?;
     let (_, engine) = host.engine()?;
-    let mut scene = scene()?;
-    let mut world = engine.build(&scene)?.bricks(BricksOptions {
-        voxel_size: Some(VOXEL),
-        ..BricksOptions::default()
-    })?;
-    let mut volume = world.shader_volume()?;
-    compare(&host, &world, &volume)?;
-    scene.push(bite([-0.4, -0.3, 0.6]))?;
-    world.apply(&scene)?;
-    world.update_shader_volume(&mut volume)?;
-    compare(&host, &world, &volume)?;
-    // The box and the pool grow.
-    scene.push(Brush::new(Shape::sphere(0.8)).at([1.5, 0.0, 0.0]))?;
-    world.apply(&scene)?;
-    assert!(world.update_shader_volume(&mut volume)?, "the same memory");
-    compare(&host, &world, &volume)
+    for representation in representations() {
+        let mut scene = scene()?;
+        let mut world = engine.build(&scene)?.with_representation(representation)?;
+        let mut volume = world.shader_volume()?;
+        if world.levels().is_some() {
+            // The coarsest pages answer, before an image asked for others.
+            let [.., (_, lengths, _), _, _] = compared(&host, &world, &volume)?;
+            assert!(lengths.all > 100 && !lengths.is_at_least(0.5), "fine pages");
+        }
+        look_around(&mut world)?;
+        world.update_shader_volume(&mut volume)?;
+        compare(&host, &world, &volume)?;
+        scene.push(bite([-0.4, -0.3, 0.6]))?;
+        world.apply(&scene)?;
+        look_around(&mut world)?;
+        world.update_shader_volume(&mut volume)?;
+        compare(&host, &world, &volume)?;
+        // The box and the pool grow.
+        scene.push(Brush::new(Shape::sphere(0.8)).at([1.5, 0.0, 0.0]))?;
+        world.apply(&scene)?;
+        look_around(&mut world)?;
+        assert!(world.update_shader_volume(&mut volume)?, "the same memory");
+        compare(&host, &world, &volume)?;
+    }
+    Ok(())
 }
 
 /// Other representations, and worlds on the CPU, are refused.
@@ -267,11 +325,32 @@ fn other_worlds_are_refused() -> Outcome {
     let host = Host::new([8, 8])?;
     let (_, engine) = host.engine()?;
     let scene = scene()?;
+    let names = representations().map(|own| own.name());
+    let mut bound = Vec::new();
     for representation in Representation::all(32) {
-        let is_bricks = matches!(representation, Representation::Bricks(_));
+        let name = representation.name();
         let world = engine.build(&scene)?.with_representation(representation)?;
-        let asked = world.shader_volume();
-        assert_eq!(asked.is_ok(), is_bricks, "{asked:?}");
+        match world.shader_volume() {
+            Ok(volume) => bound.push((name, volume)),
+            Err(RenderError::Gpu(GpuError::NoShaderVolume { name: own })) => assert_eq!(own, name),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    assert_eq!(
+        bound.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+        names
+    );
+    for representation in representations() {
+        let world = engine.build(&scene)?.with_representation(representation)?;
+        for (name, volume) in &mut bound {
+            match world.update_shader_volume(volume) {
+                Ok(_) => assert_eq!(*name, representation.name()),
+                Err(RenderError::Gpu(GpuError::OtherShaderVolume)) => {
+                    assert_ne!(*name, representation.name());
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
     }
     let world = Engine::cpu().build(&scene)?.bricks(32)?;
     assert!(matches!(world.shader_volume(), Err(RenderError::NotOnGpu)));
