@@ -100,8 +100,9 @@ impl ShaderVolume {
     ///   unit direction, and the `normal` toward the ray.
     ///
     /// In levels, the finest page that is there answers. Pages that no image asked for are missing, and a coarser one answers there.
-    /// A page's distances are off by at most half a diagonal of its voxels, times the Lipschitz constant. Its band is as many of
-    /// its own voxels. Away from the surface, coarser pages answer, with voxels in proportion to the distance.
+    /// A page's distances are off by at most half a diagonal of its voxels, times the Lipschitz constant. By default,
+    /// its band is 4 of its voxels, or 16 if samples have 16 bits. Away from the surface, coarser pages answer, with voxels in
+    /// proportion to the distance.
     ///
     /// Points, lengths and distances are in the scene's unit.
     pub fn wgsl(&self, group: u32) -> String {
