@@ -78,7 +78,7 @@ fn weight_smooth(a0: f32, b0: f32, j: Joint) -> f32 {
 
 // Returns the weight of b's material.
 fn weight(a: f32, b: f32, j: Joint, flags: u32) -> f32 {
-    if (flags & FLAG_KEEP_MATERIAL) != 0u {
+    if keeps_material(flags) {
         return 0.0;
     }
     switch flags & COMBINE_MASK {

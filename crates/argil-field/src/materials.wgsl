@@ -1,7 +1,12 @@
-// What materials begin with, and how paint covers them.
+// What materials begin with, and which of them operands change.
 
 fn first_material() -> GpuMaterial {
     return materials[material_shift];
+}
+
+// Whether what an operand cuts keeps the material that is there.
+fn keeps_material(flags: u32) -> bool {
+    return (flags & FLAG_KEEP_MATERIAL) != 0u;
 }
 
 fn weight_paint(b: f32, j: Joint) -> f32 {

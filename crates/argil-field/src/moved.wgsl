@@ -7,6 +7,11 @@ fn first_material() -> GpuMaterial {
     return GpuMaterial(vec4(0.0), vec4(0.0));
 }
 
+// What is cut moves with what cuts.
+fn keeps_material(flags: u32) -> bool {
+    return false;
+}
+
 // Paint that moves takes nothing along.
 fn weight_paint(b: f32, j: Joint) -> f32 {
     return 0.0;

@@ -170,6 +170,10 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
                 others.push((alone(&scene, own.node)?, all.inverse()));
             }
             for (point, found) in pixels {
+                // A page of levels that is too coarse ends rays before the surface.
+                if world.distance(point.into()).abs() > NEAR[0] {
+                    continue;
+                }
                 let gaps: Vec<f32> = others
                     .iter()
                     .map(|(own, _)| own.distance(point.into()).abs())
@@ -191,7 +195,8 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
                 let expected = motion_of(point, views[0], place, views[1]);
                 assert!(
                     found.distance(expected) < 2e-4,
-                    "{representation:?}, {edits} edits: {owner} moved {found}, not {expected}"
+                    "{}, {edits} edits: {owner} at {point} moved {found}, not {expected}: {gaps:?}",
+                    representation.name()
                 );
             }
             let seen = counts

@@ -28,8 +28,8 @@ pub struct BrushMotion {
     /// A program that gives the scene's distances in the boxes. Its parameters are the scene's.
     pub instructions: Vec<Instruction>,
     boxes: Vec<Aabb>,
-    /// The place of each brush's parameters, and its map.
-    brushes: BTreeMap<u32, DAffine3>,
+    /// The place of each brush's parameters, ascending, and its map.
+    brushes: Vec<(u32, DAffine3)>,
 }
 
 impl BrushMotion {
@@ -44,7 +44,7 @@ impl BrushMotion {
         let mut all = vec![[self.boxes.len() as u32, self.brushes.len() as u32, 0, 0]];
         let corners = self.boxes.iter().flat_map(|own| [own.min, own.max]);
         all.extend(corners.map(corner));
-        for (&params, map) in &self.brushes {
+        for &(params, map) in &self.brushes {
             all.push([params, 0, 0, 0]);
             // A way is what the map changes, which is small.
             let way = (map.matrix3 - DMat3::IDENTITY).transpose();
@@ -59,8 +59,8 @@ impl BrushMotion {
 }
 
 impl IncrementalProgram {
-    /// Returns the brushes that the last update moved, turned or scaled. A brush that only changed its form is none of them, and
-    /// neither is one that moved inside of a modifier, such as a repetition.
+    /// Returns the brushes of each piece that the last update moved, turned or scaled. A piece that only changed its form is none of
+    /// them, and neither is one in which something moved inside of a modifier, such as a repetition.
     pub fn moved(&self) -> Vec<MovedBrush> {
         let Some(touched) = &self.update.touched else {
             return Vec::new();
@@ -70,19 +70,31 @@ impl IncrementalProgram {
             let Some(now) = self.operands.get(&piece) else {
                 continue;
             };
-            let ops = |of: &Operand| of.instructions.iter().map(|own| own.op).collect::<Vec<_>>();
-            if ops(before) == ops(now) {
-                let maps = self.first_maps(before).into_iter();
-                for ((nth, old), (_, new)) in maps.zip(self.first_maps(now)) {
-                    let before_from_now = old.inverse() * new;
-                    if old != new && before_from_now.is_finite() {
-                        all.push(MovedBrush {
-                            piece,
-                            nth,
-                            before_from_now,
-                        });
-                    }
-                }
+            let [old, new] = [before, now].map(|of| self.first_maps(of));
+            // Maps around them may come and go.
+            let ops = |of: &Operand, all: &[(usize, DAffine3)]| -> Vec<u32> {
+                all.iter()
+                    .map(|&(nth, _)| of.instructions[nth].op)
+                    .collect()
+            };
+            if ops(before, &old) != ops(now, &new) {
+                continue;
+            }
+            let pairs = old.into_iter().zip(new);
+            let moves = pairs.map(|((_, old), (nth, new))| MovedBrush {
+                piece,
+                nth,
+                // Exact where nothing moved.
+                before_from_now: match old == new {
+                    true => DAffine3::IDENTITY,
+                    false => old.inverse() * new,
+                },
+            });
+            let moves: Vec<MovedBrush> = moves.collect();
+            let is_known = moves.iter().all(|own| own.before_from_now.is_finite());
+            let is_moved = |own: &MovedBrush| own.before_from_now != DAffine3::IDENTITY;
+            if is_known && moves.iter().any(is_moved) {
+                all.extend(moves);
             }
         }
         all
@@ -101,7 +113,8 @@ impl IncrementalProgram {
                 .or_insert(DAffine3::IDENTITY);
             *map *= own.before_from_now;
         }
-        let (mut boxes, mut brushes) = (Vec::new(), BTreeMap::new());
+        let mut boxes = Vec::new();
+        let mut brushes: BTreeMap<u32, Option<DAffine3>> = BTreeMap::new();
         let air = self.counts.max_outward_offset();
         let mut last = None;
         for ((piece, nth), map) in maps {
@@ -111,13 +124,15 @@ impl IncrementalProgram {
             else {
                 continue;
             };
-            brushes.insert(instr.params, map);
+            // Copies share parameters, and are not told apart if they moved differently.
+            brushes
+                .entry(instr.params)
+                .and_modify(|known| *known = known.filter(|own| is_like(own, &map)))
+                .or_insert(Some(map));
             if last.replace(piece) != Some(piece) {
-                let held = operand.extent.aabb;
-                // What a sphere of rays finds lies a little beside the surface.
-                boxes.push(
-                    held.grown(air + 0.01 * held.size().max_element().min(self.index.parts.far)),
-                );
+                // A stored surface lies a little beside the field's.
+                let beside = 0.1 * self.index.parts.far;
+                boxes.push(operand.extent.aabb.grown(air + beside));
             }
         }
         if boxes.is_empty() {
@@ -131,7 +146,10 @@ impl IncrementalProgram {
         Some(BrushMotion {
             instructions,
             boxes,
-            brushes,
+            brushes: brushes
+                .into_iter()
+                .filter_map(|(params, map)| Some((params, map?)))
+                .collect(),
         })
     }
 
@@ -143,30 +161,20 @@ impl IncrementalProgram {
         let mut place = (true, DAffine3::IDENTITY);
         let mut kept = Vec::new();
         for (nth, instr) in piece.instructions.iter().enumerate() {
-            match instr.op {
-                op if op < abi::OP_SHAPES_END => all.push((nth, self.with_map(place, instr).1)),
-                abi::OP_AFFINE => place = self.with_map(place, instr),
-                abi::OP_PUSH_POINT => kept.push(place),
-                abi::OP_POP_POINT
-                | abi::OP_NEXT
-                | abi::OP_UNCLAMP
-                | abi::OP_EXTRUDE
-                | abi::OP_UNWRAP => {
-                    place = kept.pop().unwrap_or(place);
-                }
-                abi::OP_REPEAT
-                | abi::OP_RADIAL
-                | abi::OP_TWIST
-                | abi::OP_BEND
-                | abi::OP_FLATTEN
-                | abi::OP_WRAP => {
-                    kept.push(place);
-                    place.0 = false;
-                }
-                abi::OP_MIRROR | abi::OP_ELONGATE | abi::OP_REVOLVE | abi::OP_SHIFT => {
-                    place.0 = false
-                }
-                _ => {}
+            let op = instr.op;
+            if op < abi::OP_SHAPES_END {
+                all.push((nth, self.with_map(place, instr).1));
+            } else if op == abi::OP_AFFINE {
+                place = self.with_map(place, instr);
+            } else if op == abi::OP_PUSH_POINT {
+                kept.push(place);
+            } else if abi::restores_point(op) || op == abi::OP_NEXT {
+                place = kept.pop().unwrap_or(place);
+            } else if abi::saves_point(op) || matches!(op, abi::OP_REPEAT | abi::OP_RADIAL) {
+                kept.push(place);
+                place.0 = false;
+            } else if abi::moves_point(op) {
+                place.0 = false;
             }
         }
         all
@@ -185,4 +193,9 @@ impl IncrementalProgram {
         let own = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), t);
         (true, own * map)
     }
+}
+
+/// Whether two maps differ only by rounding.
+fn is_like(a: &DAffine3, b: &DAffine3) -> bool {
+    a.abs_diff_eq(*b, 1e-5 * (1.0 + a.translation.length()))
 }
