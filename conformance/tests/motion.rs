@@ -2,7 +2,7 @@
 
 use argil_conformance::{CaseRng, all_cases};
 use argil_field::{IncrementalProgram, PartGrid, Program};
-use argil_scene::{Edit, Modifier, Scene};
+use argil_scene::{Brush, Edit, Group, Modifier, Scene, Shape};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 const PARTS: PartGrid = PartGrid {
@@ -109,4 +109,49 @@ fn what_edits_move_is_known() {
             assert_eq!(live.moved(), [], "{}", case.name);
         }
     }
+}
+
+/// Two balls that change their places in a blended group did not move. One that does is followed, and a group of very many balls is
+/// not.
+#[test]
+fn one_thing_moves_in_a_piece() {
+    let balls = |count: u16| {
+        let mut scene = Scene::new();
+        let group = scene.push(Group::new().smooth(0.02)).expect("a group").node;
+        let at = |nth: u16| [0.001 * f32::from(nth), 0.3 * f32::from(nth % 2), 0.0];
+        let all = (0..count).map(|nth| {
+            let ball = Brush::new(Shape::sphere(0.1)).at(at(nth));
+            scene.push_into(group, ball).expect("a ball").node
+        });
+        let all: Vec<_> = all.collect();
+        (scene, group, all)
+    };
+    let by = || Modifier::Translate {
+        by: [0.1, 0.0, 0.0],
+    };
+    let moved = |scene: &mut Scene, edit: Edit| {
+        let mut live = IncrementalProgram::new(scene, PARTS).expect("a program");
+        let before = scene.change_count();
+        scene.apply(edit).expect("an edit");
+        let changes = scene.changes_since(before).expect("changes");
+        live.update(scene, changes).expect("a program");
+        let all = live.moved();
+        all.iter()
+            .filter(|own| own.before_from_now != DAffine3::IDENTITY)
+            .count()
+    };
+    let (mut scene, group, nodes) = balls(2);
+    let swap = Edit::Move {
+        node: nodes[0],
+        parent: group,
+        index: 1,
+    };
+    assert_eq!(moved(&mut scene, swap), 0);
+    let (node, by_one) = (nodes[1], by());
+    let one = Edit::Transform { node, by: by_one };
+    assert_eq!(moved(&mut scene, one), 1);
+    let whole = |node| Edit::Transform { node, by: by() };
+    assert_eq!(moved(&mut scene, whole(group)), 2);
+    let (mut scene, group, _) = balls(1100);
+    assert_eq!(moved(&mut scene, whole(group)), 0);
 }

@@ -44,6 +44,8 @@ pub struct HostSight<'a> {
     pub clip_from_world: [[f32; 4]; 4],
     /// Brushes that moved since the frame before.
     pub motion: Option<&'a BrushMotion>,
+    /// The scene, and the number of its changes.
+    pub state: (u64, usize),
 }
 
 /// A frame of a host, whose buffers are kept from one to the next: one for each view.
@@ -108,10 +110,9 @@ impl HostFrame {
         self.is_reversed
     }
 
-    /// Notes the scene, and the number of its changes, that the next frame shows. Returns those of the frame before, if it has a
-    /// target for motion.
-    pub fn show(&mut self, state: (u64, usize)) -> Option<(u64, usize)> {
-        self.shown.replace(state).filter(|_| self.motion.is_some())
+    /// Returns [`HostSight::state`] of the frame before, if there is a target for motion.
+    pub fn shown(&self) -> Option<(u64, usize)> {
+        self.shown.filter(|_| self.motion.is_some())
     }
 
     /// Draws the frame that was encoded last into a pass with the targets. Does nothing if there is none.
@@ -175,6 +176,7 @@ impl HostFrame {
 
     fn write_view(&mut self, gpu: &Gpu, frame: &FrameUniform, sight: &HostSight<'_>) {
         let clip_from_world = sight.clip_from_world;
+        self.shown = Some(sight.state);
         let view = HostView {
             clip_from_world,
             before: self

@@ -27,7 +27,7 @@ fn argil_gradient(p: vec3<f32>) -> vec3<f32> {
     ) / (2.0 * h);
 }
 
-// Returns the material at a point of the surface. Farther than a brick from it, that is the first one of the scene.
+// Returns the material at a point of the surface. Where no brick is, that is the first one of the scene.
 fn argil_material(p: vec3<f32>) -> ArgilMaterial {
     let gradient = argil_gradient(p);
     let slope = length(gradient);

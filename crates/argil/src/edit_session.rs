@@ -221,8 +221,7 @@ impl EditSession {
             return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
         };
         #[cfg(feature = "gpu")]
-        self.moves
-            .note((self.identity, self.seen_changes), live.moved());
+        let (state, moved) = ((self.identity, self.seen_changes), live.moved());
         self.seen_changes = scene.change_count();
         if let Some(watch) = &self.watch {
             watch.set(edits.margins(live.program()));
@@ -247,6 +246,8 @@ impl EditSession {
         {
             return Err(self.mark_stale(error));
         }
+        #[cfg(feature = "gpu")]
+        self.moves.note(state, moved);
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
@@ -395,10 +396,12 @@ impl EditSession {
         (self.identity, self.seen_changes)
     }
 
-    /// Returns what moved since the world was in a state, if that is known.
+    /// Returns what moved since the world was in a state, if that is known and nothing remains to be rebuilt.
     #[cfg(feature = "gpu")]
     pub(crate) fn motion_since(&self, state: SceneState) -> Option<BrushMotion> {
-        self.moves.since(state, self.program.as_ref()?)
+        let is_done = self.remaining_blocks() == 0;
+        self.moves
+            .since(state, self.program.as_ref().filter(|_| is_done)?)
     }
 
     /// Returns the incremental program, if there is one.

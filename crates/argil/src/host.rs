@@ -62,7 +62,7 @@ impl World {
     /// the host's projection times its view, by columns: any perspective or parallel rays, with reversed or infinite depth too.
     ///
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
-    /// unless an edit needs memory. Submit a [`HostFrame`] before it is encoded again.
+    /// unless an edit needs memory, or is the first that moves a brush where there is a target for motion. Submit a [`HostFrame`] before it is encoded again.
     /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
     /// Levels show the pages that they have, and ask for no others.
     ///
@@ -91,12 +91,13 @@ impl World {
         }
         self.upload_instructions(field, settings);
         let state = self.edits.state();
-        let before = frame.show(state).filter(|&before| before != state);
+        let before = frame.shown().filter(|&before| before != state);
         let motion = before.and_then(|before| self.edits.motion_since(before));
         let sight = HostSight {
             frames: &frames,
             clip_from_world: view.clip_from_world(),
             motion: motion.as_ref(),
+            state,
         };
         match &self.storage {
             Storage::Mesh(MeshStorage {

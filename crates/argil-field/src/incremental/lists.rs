@@ -12,6 +12,10 @@ use argil_math::Aabb;
 use argil_scene::{NodeId, Operator, OperatorKind};
 use glam::IVec3;
 use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// Maximum parts of the boxes that a list is made for.
+const MAX_PARTS: i64 = 1 << 15;
 
 impl IncrementalProgram {
     /// Appends the instructions that can matter in a part.
@@ -70,22 +74,29 @@ impl IncrementalProgram {
         writer.end();
     }
 
-    /// Appends the instructions that can matter in some boxes, for distances up to the far length.
-    pub(super) fn list_near(&self, boxes: &[Aabb], out: &mut Vec<Instruction>) {
-        let mut writer = ListWriter::new(&self.groups, out);
-        let is_near = |own: &&Operand| {
-            if self.counts.morphs > 0 || self.index.is_everywhere(own, &self.groups) {
-                return true;
+    /// Appends the instructions that can matter in some boxes, for distances up to the far length. Returns false if the boxes
+    /// have too many parts.
+    pub(super) fn list_near(&self, boxes: &[Aabb], out: &mut Vec<Instruction>) -> bool {
+        let mut near: BTreeMap<u64, PartEntry> = BTreeMap::new();
+        let mut parts = 0;
+        for own in boxes {
+            let [low, high] = [own.min, own.max].map(|corner| self.index.parts.part_of(corner));
+            let [x, y, z] = [0, 1, 2].map(|axis| i64::from(high[axis]) - i64::from(low[axis]) + 1);
+            parts += x.saturating_mul(y).saturating_mul(z);
+            if !own.is_finite() || parts > MAX_PARTS {
+                return false;
             }
-            let held = self.index.grown_box(own, &self.groups);
-            boxes
-                .iter()
-                .any(|near| !held.intersection(*near).is_empty())
-        };
-        self.acting()
-            .filter(is_near)
-            .for_each(|own| writer.put(own.group, &own.instructions));
-        writer.end();
+            for nth in 0..x * y * z {
+                let step = [nth % x, nth / x % y, nth / (x * y)];
+                let part = low + IVec3::from(step.map(|c| c as i32));
+                for level in self.index.near_by_level(part) {
+                    near.extend(level.iter().map(|entry| (entry.rank, *entry)));
+                }
+            }
+        }
+        let near: Vec<PartEntry> = near.into_values().collect();
+        self.list_of(&near, out);
+        true
     }
 
     pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, own: &PartEntry) {

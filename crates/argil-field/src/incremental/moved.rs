@@ -10,6 +10,10 @@ use std::collections::BTreeMap;
 
 /// With more boxes, one around all of them is kept.
 const MAX_BOXES: usize = 64;
+/// With more brushes in an update, none is followed.
+const MAX_BRUSHES: usize = 1024;
+/// With more instructions near what moved, nothing is followed: each pixel there runs all of them.
+const MAX_INSTRUCTIONS: usize = 4096;
 
 /// A brush that an update moved, turned or scaled as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +22,8 @@ pub struct MovedBrush {
     pub piece: NodeId,
     /// The number of its instruction in the piece.
     pub nth: usize,
+    /// The number of the piece's instructions.
+    pub count: usize,
     /// Maps a point of the brush to where that point was.
     pub before_from_now: DAffine3,
 }
@@ -59,8 +65,9 @@ impl BrushMotion {
 }
 
 impl IncrementalProgram {
-    /// Returns the brushes of each piece that the last update moved, turned or scaled. A piece that only changed its form is none of
-    /// them, and neither is one in which something moved inside of a modifier, such as a repetition.
+    /// Returns the brushes of each piece that the last update moved, turned or scaled, or in which it did so to one thing. A piece
+    /// that only changed its form is none of them, and neither is one in which something moved inside of a modifier, such as a
+    /// repetition. Returns none if they are more than 1,024.
     pub fn moved(&self) -> Vec<MovedBrush> {
         let Some(touched) = &self.update.touched else {
             return Vec::new();
@@ -84,6 +91,7 @@ impl IncrementalProgram {
             let moves = pairs.map(|((_, old), (nth, new))| MovedBrush {
                 piece,
                 nth,
+                count: now.instructions.len(),
                 // Exact where nothing moved.
                 before_from_now: match old == new {
                     true => DAffine3::IDENTITY,
@@ -91,23 +99,36 @@ impl IncrementalProgram {
                 },
             });
             let moves: Vec<MovedBrush> = moves.collect();
-            let is_known = moves.iter().all(|own| own.before_from_now.is_finite());
-            let is_moved = |own: &MovedBrush| own.before_from_now != DAffine3::IDENTITY;
-            if is_known && moves.iter().any(is_moved) {
+            let mut changed = moves
+                .iter()
+                .map(|own| own.before_from_now)
+                .filter(|map| *map != DAffine3::IDENTITY);
+            // Where brushes change their places in the piece, each has another map.
+            if let Some(first) = changed.next()
+                && first.is_finite()
+                && changed.all(|map| is_like(&first, &map))
+            {
                 all.extend(moves);
+            }
+            if all.len() > MAX_BRUSHES {
+                return Vec::new();
             }
         }
         all
     }
 
     /// Returns brushes that updates moved, one update after another, with what is near them now. Returns `None` if nothing of them
-    /// is there.
+    /// is there, or so much is near them that it is not followed.
     pub fn motion_of<'a>(
         &self,
         updates: impl IntoIterator<Item = &'a [MovedBrush]>,
     ) -> Option<BrushMotion> {
         let mut maps: BTreeMap<(NodeId, usize), DAffine3> = BTreeMap::new();
-        for own in updates.into_iter().flatten() {
+        let is_as_it_was = |own: &&MovedBrush| {
+            let now = self.operands.get(&own.piece);
+            now.is_some_and(|now| now.instructions.len() == own.count)
+        };
+        for own in updates.into_iter().flatten().filter(is_as_it_was) {
             let map = maps
                 .entry((own.piece, own.nth))
                 .or_insert(DAffine3::IDENTITY);
@@ -142,7 +163,10 @@ impl IncrementalProgram {
             boxes = vec![boxes.into_iter().fold(Aabb::EMPTY, Aabb::union)];
         }
         let mut instructions = Vec::new();
-        self.list_near(&boxes, &mut instructions);
+        let is_listed = self.list_near(&boxes, &mut instructions);
+        if !is_listed || instructions.len() > MAX_INSTRUCTIONS {
+            return None;
+        }
         Some(BrushMotion {
             instructions,
             boxes,

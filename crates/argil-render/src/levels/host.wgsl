@@ -18,8 +18,8 @@ fn finest_cell(away: vec3<f32>) -> LevelCell {
     return found;
 }
 
-// Returns the signed distance at a point of the scene, negative inside. More than a band from the surface, it is a lower
-// bound.
+// Returns the signed distance at a point of the scene, negative inside. More than a band from the surface, it is that of
+// a coarser page, or a lower bound.
 fn argil_distance(p: vec3<f32>) -> f32 {
     let held = clamp(p, volume.box_min, volume.box_max);
     let found = finest_cell(held - frame.eye);
