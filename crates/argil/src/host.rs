@@ -62,7 +62,8 @@ impl World {
     /// the host's projection times its view, by columns: any perspective or parallel rays, with reversed or infinite depth too.
     ///
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
-    /// unless an edit needs memory, or is the first that moves a brush where there is a target for motion. Submit a [`HostFrame`] before it is encoded again.
+    /// unless an edit needs memory, or is the first that moves a brush where there is a target for motion.
+    /// Submit a [`HostFrame`] before it is encoded again.
     /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
     /// Levels show the pages that they have, and ask for no others.
     ///
