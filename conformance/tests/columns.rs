@@ -3,9 +3,11 @@
 
 use argil_conformance::{CaseRng, Wait, gpu, stored_integers, voxel_grid};
 use argil_field::Program;
-use argil_gpu::{DenseFill, DeviceKind, GpuProgram, GpuVolume};
+use argil_gpu::{DeviceKind, GpuProgram, GpuVolume};
 use argil_scene::{Brush, Group, Modifier, NodeId, Scene, Shape};
-use argil_volume::{BrickCell, BrickLayout, BrickSettings, Bricks, Dense, Encoding, Volume};
+use argil_volume::{
+    BrickCell, BrickLayout, BrickSettings, Bricks, Dense, DenseFill, Encoding, Volume,
+};
 use glam::{IVec3, UVec3, Vec3};
 
 fn shape(numbers: &mut CaseRng, nth: usize) -> Shape {

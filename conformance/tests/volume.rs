@@ -9,15 +9,15 @@ use argil_conformance::{
     voxel_grid,
 };
 use argil_field::Program;
-use argil_gpu::{BrickOrdering, DenseFill, Gpu, GpuProgram, GpuVolume, ImageOutput};
+use argil_gpu::{Gpu, GpuProgram, GpuVolume, ImageOutput};
 use argil_math::Aabb;
 use argil_render::{
     Camera, LookupStart, RenderMode, RenderSettings, frame_uniforms, render_with_hits,
 };
 use argil_scene::{Brush, Scene, Shape};
 use argil_volume::{
-    Band, BrickLayout, BrickSettings, BrickTest, Bricks, Dense, Encoding, Octree, OctreeLayout,
-    OctreeSettings, SampleFormat, Texels, Volume, is_brick,
+    Band, BrickLayout, BrickOrdering, BrickSettings, BrickTest, Bricks, Dense, DenseFill, Encoding,
+    Octree, OctreeLayout, OctreeSettings, SampleFormat, Texels, Volume, is_brick,
 };
 use glam::Vec3;
 use std::sync::Arc;

@@ -1,8 +1,7 @@
 //! Configurations: how a scene is stored during a measurement.
 
-use argil::gpu::{BrickOrdering, DenseFill};
 use argil::render::LookupStart;
-use argil::volume::{Band, BrickTest, Encoding, SampleFormat};
+use argil::volume::{Band, BrickOrdering, BrickTest, DenseFill, Encoding, SampleFormat};
 use argil::{
     BricksOptions, DenseOptions, MeshMethod, MeshRenderOptions, OctreeOptions, Representation,
 };

@@ -8,11 +8,10 @@ use crate::representation_parser::RepresentationsExcept;
 use crate::still_args::StillArgs;
 #[cfg(feature = "world")]
 use crate::world_args::WorldArgs;
-use argil::gpu::{BrickOrdering, DenseFill};
 use argil::mesh::UpAxis;
 use argil::render::{LookupStart, NormalSource, RenderMode};
 use argil::scene::CameraPose;
-use argil::volume::{BrickTest, SampleFormat};
+use argil::volume::{BrickOrdering, BrickTest, DenseFill, SampleFormat};
 use argil::{Backend, ExportClass, ExportCodec, MeshMethod, MeshNormals, RawType, Representation};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;

@@ -49,7 +49,6 @@ fn lacks(error: &BuildError) -> bool {
 fn remedy(cause: &(dyn Error + 'static)) -> Option<&'static str> {
     let of_gpu = |error: &GpuError| match error {
         GpuError::None
-        | GpuError::NotCompiled
         | GpuError::TooLarge { .. }
         | GpuError::TooManyBricks { .. }
         | GpuError::TooDeep { .. }

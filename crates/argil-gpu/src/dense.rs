@@ -9,11 +9,11 @@ use crate::tile_source::TileSource;
 use crate::trace_mode::{BoundResource, PathMode, TraceMode, VOLUME_BINDS};
 use crate::volume::{ClipUpdate, Upload, VolumeStorage, VolumeTables};
 use crate::work::Work;
-use crate::{DenseFill, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{DenseUniform, FillUniform, FrameUniform};
 use argil_field::Program;
 use argil_render::wgsl;
-use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
+use argil_volume::{Dense, DenseFill, Encoding, Volume, VoxelGrid};
 use glam::UVec3;
 use std::borrow::Cow;
 

@@ -11,9 +11,6 @@ pub enum GpuError {
     /// A [`Control`](argil_math::Control) canceled the work.
     #[error("canceled")]
     Cancelled,
-    /// The program was compiled without GPU support.
-    #[error("this program was compiled without GPU support (the feature `gpu`): use the CPU")]
-    NotCompiled,
     /// The adapter refuses the device.
     #[error("{name}: {reason}")]
     Device {
@@ -198,7 +195,6 @@ pub enum GpuError {
     Lost(String),
 }
 
-#[cfg(feature = "device")]
 impl GpuError {
     /// Returns the error for a volume with inconsistent parts.
     pub(crate) fn odd_volume() -> Self {

@@ -1,4 +1,4 @@
-//! Options and descriptions of devices, the same with and without GPU support.
+//! Descriptions of devices, and options of what they do.
 
 use argil_mesh::MeshNormals;
 use std::fmt;
@@ -87,30 +87,6 @@ impl GpuCounters {
             bytes_read: of(self.bytes_read, other.bytes_read),
         }
     }
-}
-
-/// How a GPU fills the texture of a dense volume.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum DenseFill {
-    /// A tile of 32³ samples per workgroup, and a column of 32 per thread.
-    #[default]
-    Tiled,
-    /// The 2023 study's first method: one thread per workgroup, one sample per thread.
-    Naive,
-}
-
-/// How a GPU orders the bricks of an octree.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum BrickOrdering {
-    /// Bits are set in Morton order, and a prefix sum counts them: nothing is sorted.
-    #[default]
-    #[cfg_attr(feature = "clap", value(alias = "counted"))]
-    PrefixSum,
-    /// The 2023 study's enumeration sort of a list in any order.
-    #[cfg_attr(feature = "clap", value(alias = "enumerated"))]
-    EnumerationSort,
 }
 
 /// Options of marching cubes on a GPU.

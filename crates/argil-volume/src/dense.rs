@@ -21,6 +21,17 @@ use rayon::prelude::*;
 /// Minimum samples along the longest side of the coarsest mip.
 const COARSEST: u32 = 4;
 
+/// How a GPU fills the texture of a dense volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum DenseFill {
+    /// A tile of 32³ samples per workgroup, and a column of 32 per thread.
+    #[default]
+    Tiled,
+    /// The 2023 study's first method: one thread per workgroup, one sample per thread.
+    Naive,
+}
+
 /// A dense volume: samples at the center of every voxel.
 ///
 /// ```

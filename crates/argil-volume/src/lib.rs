@@ -23,7 +23,7 @@ pub use bricks::{
     FAR_SLOTS, MISSING_BRICK, NeighborPlanes, VoxelSamples, center_of, emptied_around, empty_word,
     far_words, is_block_empty, is_brick,
 };
-pub use dense::Dense;
+pub use dense::{Dense, DenseFill};
 pub use encoding::{Band, Encoding, SampleFormat, Texel};
 pub use file::{FilePart, FileReader, Section, StoredMesh, VolumeError, VolumeFile};
 pub use level_set::{LevelSetBaker, LevelSetLayout, LevelSetLeaf};
@@ -35,8 +35,8 @@ pub use levels::{
 };
 pub use mip_sampler::MipSampler;
 pub use octree::{
-    BrickSelection, BrickTest, DescentPath, Lookup, Octree, OctreeError, OctreeLayout, OctreeNodes,
-    OctreeSettings, OctreeTimings,
+    BrickOrdering, BrickSelection, BrickTest, DescentPath, Lookup, Octree, OctreeError,
+    OctreeLayout, OctreeNodes, OctreeSettings, OctreeTimings,
 };
 pub use pending_edits::PendingEdits;
 pub use representation::{BrickInfo, OctreeInfo, Volume, VolumeInfo, VolumeKind};

@@ -33,7 +33,7 @@ use argil_math::{Control, morton, morton_cell};
 use glam::UVec3;
 use web_time::Instant;
 
-pub use layout::{BrickTest, OctreeError, OctreeLayout, OctreeSettings};
+pub use layout::{BrickOrdering, BrickTest, OctreeError, OctreeLayout, OctreeSettings};
 pub use select::BrickSelection;
 pub use tree::{DescentPath, Lookup, OctreeNodes};
 

@@ -8,7 +8,6 @@ use crate::{
     RenderError, RenderedImage, Representation, StillError, VolumeFileError, World,
 };
 use crate::{EditBudget, EditReport};
-use argil_gpu::DeviceInfo;
 use argil_math::Aabb;
 use argil_render::{Camera, LiveImage, RenderMode, RenderSettings, Still, StillOptions};
 use argil_scene::Scene;
@@ -36,7 +35,8 @@ impl Engine {
     }
 
     /// Lists the graphics devices of this machine, the best one first. The CPU is always available too.
-    pub fn devices() -> Vec<DeviceInfo> {
+    #[cfg(feature = "gpu")]
+    pub fn devices() -> Vec<argil_gpu::DeviceInfo> {
         wait(Self::devices_async())
     }
 

@@ -1,19 +1,19 @@
 //! Updates a world after its scene's edits, in place.
 
+use crate::device::{AnyDevice, Device, EditWork, HostEncoder};
 use crate::edit_report::{EditBudget, EditReport, RebuildReason};
 use crate::memory::{budget_on, without_budget};
 #[cfg(feature = "gpu")]
 use crate::moves::{Moves, SceneState};
-use crate::representation::{Storage, has_outgrown};
+use crate::representation::has_outgrown;
 use crate::{BuildError, Engine};
 #[cfg(feature = "gpu")]
 use argil_field::BrushMotion;
 use argil_field::{IncrementalProgram, Program};
-use argil_gpu::{GpuProgram, GpuVolume, HostEncoder};
 use argil_math::Aabb;
 use argil_scene::{Extents, MarginRequest};
 use argil_scene::{Scene, SceneChange};
-use argil_volume::{BricksError, EditStats, PendingEdits, Volume};
+use argil_volume::{BricksError, EditStats, PendingEdits};
 use web_time::{Duration, Instant};
 
 /// The result of updating a world in place.
@@ -25,44 +25,6 @@ pub(crate) enum UpdateResult {
 
 /// An id that no scene has. It marks a world that no longer matches any scene.
 const STALE: u64 = 0;
-
-/// A volume that can change in place, on either device.
-pub(crate) enum EditableVolume<'a> {
-    Cpu(&'a mut Volume),
-    Gpu(&'a mut GpuVolume, &'a mut GpuProgram),
-}
-
-impl<'a> EditableVolume<'a> {
-    /// Returns the editable volume of a world, or `None` if it has none, or if its shaders are specialized.
-    pub(crate) fn of(kept: &'a mut Storage, field: Option<&'a mut GpuProgram>) -> Option<Self> {
-        match (kept, field) {
-            (Storage::Cpu(volume), _) => Some(Self::Cpu(volume)),
-            (Storage::Gpu(volume), Some(field)) if !field.is_specialized() => {
-                Some(Self::Gpu(volume, field))
-            }
-            _ => None,
-        }
-    }
-
-    fn reborrow(&mut self) -> EditableVolume<'_> {
-        match self {
-            Self::Cpu(volume) => EditableVolume::Cpu(volume),
-            Self::Gpu(volume, field) => EditableVolume::Gpu(volume, field),
-        }
-    }
-
-    /// Whether a host has dropped edits.
-    pub(crate) fn has_lost_edits(&self) -> bool {
-        matches!(self, Self::Gpu(volume, _) if volume.has_lost_edits())
-    }
-
-    fn grow(&mut self, edits: &dyn PendingEdits) {
-        match self {
-            Self::Cpu(volume) => volume.grow(edits),
-            Self::Gpu(volume, _) => volume.grow(edits),
-        }
-    }
-}
 
 /// How much of the edits to process, and who submits them.
 #[derive(Default)]
@@ -165,7 +127,7 @@ impl EditSession {
         }
     }
 
-    /// Applies a scene's changes to a volume. `before` is the scene that the volume follows, and the program that it was
+    /// Applies a scene's changes to what a device stores. `before` is the scene that the volume follows, and the program that it was
     /// built from, if there is no incremental program yet.
     ///
     /// # Errors
@@ -174,7 +136,7 @@ impl EditSession {
     pub(crate) async fn update(
         &mut self,
         scene: &Scene,
-        mut kept: EditableVolume<'_>,
+        device: &mut AnyDevice,
         before: (&Scene, Option<&Program>),
         (engine, budget): (&Engine, Option<u64>),
         pace: EditPace<'_>,
@@ -211,7 +173,7 @@ impl EditSession {
             live.tighten_box();
         }
         let put = live.inserted_box();
-        match self.grow(scene, &mut kept, put) {
+        match self.grow(scene, device, put) {
             Ok(None) => {}
             Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),
             // The program is already ahead of the volume, so the next update must rebuild.
@@ -226,10 +188,8 @@ impl EditSession {
         if let Some(watch) = &self.watch {
             watch.set(edits.margins(live.program()));
         }
-        if let EditableVolume::Gpu(_, field) = &mut kept
-            && let Err(error) = field.update_from(live)
-        {
-            return Err(self.mark_stale(error.into()));
+        if let Err(error) = device.follow_program(live) {
+            return Err(self.mark_stale(error));
         }
         let boxes: Vec<[Aabb; 2]> = changes.iter().flat_map(SceneChange::boxes).collect();
         if !edits.merge(live, &boxes) {
@@ -241,7 +201,7 @@ impl EditSession {
         self.pending_boxes
             .extend(boxes.iter().map(|[dirty, _]| *dirty));
         if let Err(error) = self
-            .continue_edits(kept, (engine, budget), pace, start)
+            .continue_edits(device, (engine, budget), pace, start)
             .await
         {
             return Err(self.mark_stale(error));
@@ -264,7 +224,7 @@ impl EditSession {
     fn grow(
         &mut self,
         scene: &Scene,
-        kept: &mut EditableVolume<'_>,
+        device: &mut AnyDevice,
         (put, touched_ends): (Aabb, bool),
     ) -> Result<Option<RebuildReason>, BuildError> {
         let Some(edits) = &mut self.edits else {
@@ -287,7 +247,7 @@ impl EditSession {
             return Ok(grows.then_some(RebuildReason::OutsideBox));
         }
         if edits.grow_to(solid).map_err(BricksError::from)? {
-            kept.grow(&**edits);
+            device.grow(&**edits);
         }
         Ok(None)
     }
@@ -295,7 +255,7 @@ impl EditSession {
     /// Processes remaining batches until the budget is used up.
     async fn continue_edits(
         &mut self,
-        kept: EditableVolume<'_>,
+        device: &mut AnyDevice,
         (engine, requested): (&Engine, Option<u64>),
         pace: EditPace<'_>,
         start: Instant,
@@ -303,27 +263,19 @@ impl EditSession {
         let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
             return Ok(());
         };
-        let budget = budget_on(engine, requested);
-        let refuse = |error: BuildError| without_budget(error, requested);
         // NaN and negative budgets count as 0.
         let within = pace.budget.map(|budget| {
             let seconds = (budget.max_ms * 1e-3).clamp(0.0, 1e6);
             Duration::try_from_secs_f64(seconds).unwrap_or_default()
         });
-        match kept {
-            EditableVolume::Cpu(volume) => {
-                let until = within.map(|within| start + within);
-                self.stats += volume
-                    .edit(live, &mut **edits, budget, until)
-                    .map_err(|e| refuse(e.into()))?;
-            }
-            EditableVolume::Gpu(volume, field) => {
-                volume
-                    .edit(field, live, &mut **edits, budget, (within, pace.encoder))
-                    .await
-                    .map_err(|e| refuse(e.into()))?;
-            }
-        }
+        let work = EditWork {
+            memory_budget: budget_on(engine, requested),
+            start,
+            within,
+            encoder: pace.encoder,
+        };
+        let edited = device.edit(live, &mut **edits, work).await;
+        self.stats += edited.map_err(|error| without_budget(error, requested))?;
         Ok(())
     }
 
@@ -353,19 +305,17 @@ impl EditSession {
     /// Processes all remaining blocks and waits for the device. Returns what edits did since the last call.
     pub(crate) async fn flush(
         &mut self,
-        mut kept: EditableVolume<'_>,
+        device: &mut AnyDevice,
         machine: (&Engine, Option<u64>),
     ) -> Result<EditStats, BuildError> {
         let pace = EditPace::default();
-        let going = self.continue_edits(kept.reborrow(), machine, pace, Instant::now());
-        if let Err(error) = going.await {
+        let edited = self.continue_edits(device, machine, pace, Instant::now());
+        if let Err(error) = edited.await {
             return Err(self.mark_stale(error));
         }
-        if let EditableVolume::Gpu(volume, field) = kept {
-            match volume.flush(field.gpu()).await {
-                Ok(done) => self.stats += done,
-                Err(error) => return Err(self.mark_stale(error.into())),
-            }
+        match device.flush().await {
+            Ok(stats) => self.stats += stats,
+            Err(error) => return Err(self.mark_stale(error)),
         }
         Ok(self.take_stats())
     }

@@ -1,3 +1,4 @@
+use argil_volume::BricksError;
 use std::path::PathBuf;
 
 /// The reason why an engine cannot be created.
@@ -5,8 +6,12 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum EngineError {
     /// There is no GPU that can run Argil.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
+    /// The program was compiled without GPU support.
+    #[error("this program was compiled without GPU support (the feature `gpu`): use the CPU")]
+    NoGpuSupport,
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Threads(String),
@@ -20,6 +25,7 @@ pub enum BuildError {
     #[error(transparent)]
     Scene(#[from] argil_field::LowerError),
     /// The GPU cannot hold it, or failed.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
     /// A host's encoder needs a world on its device.
@@ -36,7 +42,7 @@ pub enum BuildError {
     Octree(#[from] argil_volume::OctreeError),
     /// The bricks' options are invalid, or the bricks exceed the memory budget.
     #[error(transparent)]
-    Bricks(#[from] argil_volume::BricksError),
+    Bricks(#[from] BricksError),
     /// A [`Control`](argil_math::Control) canceled the work.
     #[error("canceled")]
     Cancelled,
@@ -63,13 +69,22 @@ pub enum BuildError {
 impl BuildError {
     /// Whether a [`Control`](argil_math::Control) canceled the work.
     pub fn is_cancelled(&self) -> bool {
-        use argil_volume::BricksError;
-        matches!(
-            self,
-            Self::Cancelled
-                | Self::Bricks(BricksError::Cancelled)
-                | Self::Gpu(argil_gpu::GpuError::Cancelled)
-        )
+        match self {
+            Self::Cancelled | Self::Bricks(BricksError::Cancelled) => true,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(argil_gpu::GpuError::Cancelled) => true,
+            _ => false,
+        }
+    }
+
+    /// Returns the bytes that bricks need and the budget that they exceed, if that is the reason.
+    pub(crate) fn exceeded_budget(&self) -> Option<[u64; 2]> {
+        match *self {
+            Self::Bricks(BricksError::Budget { needed, budget, .. }) => Some([needed, budget]),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(argil_gpu::GpuError::Budget { needed, budget, .. }) => Some([needed, budget]),
+            _ => None,
+        }
     }
 }
 
@@ -172,6 +187,7 @@ pub enum RenderError {
     #[error("the matrix is no projection: it must be finite and have an inverse")]
     NoProjection,
     /// The GPU failed.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
 }

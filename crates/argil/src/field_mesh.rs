@@ -1,12 +1,11 @@
-//! Meshes of a field, on either device.
+//! Meshes of a field on the CPU, and what all ways to mesh share.
 
 use crate::memory::{budget_on, without_budget};
 use crate::{BuildError, Engine};
 use argil_field::Program;
-use argil_gpu::{GpuMesh, GpuProgram, GpuVolume, StageTimings, SurfaceOptions};
 use argil_math::Control;
 use argil_mesh::marching::bricks::CellLoops;
-use argil_mesh::{Mesh, MeshNormals, dual_contouring, marching, project_to_field};
+use argil_mesh::{Mesh, dual_contouring, marching, project_to_field};
 use argil_volume::{BrickLayout, BrickSettings, Bricks, CellPrograms, VoxelGrid};
 use web_time::Instant;
 
@@ -78,36 +77,6 @@ pub(crate) fn field_mesh(
     })
 }
 
-/// Does the work of [`field_mesh`] on a GPU, and leaves the mesh there. Returns the timings of its stages.
-pub(crate) async fn field_mesh_on_gpu(
-    engine: &Engine,
-    field: &GpuProgram,
-    program: &Program,
-    voxel_grid: VoxelGrid,
-    normals: MeshNormals,
-    is_unshared: bool,
-) -> Result<(GpuMesh, StageTimings), BuildError> {
-    let budget = budget_on(engine, None);
-    let (volume, mut stages) = GpuVolume::bricks_with_control(
-        field,
-        program,
-        layout_of(voxel_grid)?,
-        budget,
-        &engine.control,
-    )
-    .await
-    .map_err(|e| without_budget(e.into(), None))?;
-    let options = SurfaceOptions {
-        iso: 0.0,
-        normals,
-        project_to_field: true,
-        is_unindexed: is_unshared,
-    };
-    let (mesh, took) = volume.march(field, &options).await?;
-    stages.extend(took);
-    Ok((mesh, stages))
-}
-
 /// Returns the brick layout on a voxel grid.
 pub(crate) fn layout_of(voxel_grid: VoxelGrid) -> Result<BrickLayout, BuildError> {
     Ok(BrickLayout::new(voxel_grid, &BrickSettings::default())?)
@@ -129,6 +98,7 @@ impl Stages {
     }
 
     /// Restarts the clock, because the work since the last stage is counted elsewhere.
+    #[cfg(feature = "gpu")]
     pub(crate) fn restart(&mut self) {
         self.last = Instant::now();
     }

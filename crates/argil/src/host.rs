@@ -1,12 +1,12 @@
 //! Worlds in the frames of programs that have their own renderer.
 
+use crate::device::{Device, GpuStorage};
 use crate::edit_session::EditPace;
-use crate::representation::{MeshStorage, Storage, StoredTriangles};
-use crate::{BuildError, EditReport, RenderError, World, rendering};
+use crate::{BuildError, EditReport, RenderError, World};
 use argil_abi::FrameUniform;
 use argil_gpu::{GpuError, GpuProgram, GpuVolume, ShaderVolume, wgpu};
 use argil_gpu::{HostFrame, HostSight, HostTargets};
-use argil_render::{Camera, Projection, RenderMode, RenderSettings, frame_uniforms};
+use argil_render::{Camera, Projection, RenderSettings, frame_uniforms};
 use argil_scene::Scene;
 
 impl World {
@@ -35,8 +35,8 @@ impl World {
     /// # Errors
     /// If the world is on the CPU, or the device refuses a target.
     pub fn host_frame(&self, targets: &HostTargets) -> Result<HostFrame, RenderError> {
-        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
-        Ok(HostFrame::new(field.gpu(), targets)?)
+        let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
+        Ok(HostFrame::new(device.program.gpu(), targets)?)
     }
 
     /// Encodes edits, as a future: see [`World::encode_edits`].
@@ -48,7 +48,7 @@ impl World {
         scene: &Scene,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<EditReport, BuildError> {
-        if self.gpu.is_none() {
+        if !self.engine.is_gpu() {
             return Err(BuildError::NotOnGpu);
         }
         let pace = EditPace {
@@ -76,21 +76,14 @@ impl World {
         settings: &RenderSettings,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<(), RenderError> {
-        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
+        let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
         let view = Projection::from_matrix(clip_from_world, frame.is_reversed());
         let view = view.ok_or(RenderError::NoProjection)?;
         let camera = view.camera();
-        rendering::check(&camera, settings)?;
-        if !self.representation.supports_mode(settings.mode) {
-            return Err(RenderError::NoBricks);
+        let mut frames = self.frames(&camera, settings)?;
+        for frame in &mut frames {
+            view.write(frame);
         }
-        let grid = self.storage.voxel_grid();
-        let around = self.view_bounds;
-        let mut frames = frame_uniforms(settings, &camera, self.tables(), grid.as_ref(), around);
-        for own in &mut frames {
-            view.write(own);
-        }
-        self.upload_instructions(field, settings);
         let state = self.edits.state();
         let before = frame.shown().filter(|&before| before != state);
         let motion = before.and_then(|before| self.edits.motion_since(before));
@@ -100,21 +93,18 @@ impl World {
             motion: motion.as_ref(),
             state,
         };
-        match &self.storage {
-            Storage::Mesh(MeshStorage {
-                mesh: StoredTriangles::Gpu(_),
-                ..
-            }) => return Err(RenderError::Triangles),
-            Storage::Gpu(volume) => {
-                if volume.has_lost_edits() {
-                    return Err(GpuError::NotSubmitted.into());
-                }
-                if settings.mode == RenderMode::Shaded {
-                    self.set_light(field, volume)?;
-                }
-                frame.encode_volume(field, volume, sight, encoder)?;
-            }
-            _ => frame.encode_field(field, sight, encoder)?,
+        if device.has_lost_edits() {
+            return Err(GpuError::NotSubmitted.into());
+        }
+        if matches!(device.storage, GpuStorage::Mesh { .. }) {
+            return Err(RenderError::Triangles);
+        }
+        let light = self.light_for(settings.mode);
+        device.prepare(settings, || self.program(), light.as_ref())?;
+        let program = &device.program;
+        match &device.storage {
+            GpuStorage::Volume(volume) => frame.encode_volume(program, volume, sight, encoder)?,
+            _ => frame.encode_field(program, sight, encoder)?,
         }
         Ok(())
     }
@@ -165,12 +155,12 @@ impl World {
 
     /// Returns what shaders read, with the accuracy of a frame.
     fn volume_of_shaders(&self) -> Result<(&GpuProgram, &GpuVolume, FrameUniform), RenderError> {
-        let field = self.gpu.as_ref().ok_or(RenderError::NotOnGpu)?;
-        let Storage::Gpu(volume) = &self.storage else {
+        let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
+        let GpuStorage::Volume(volume) = &device.storage else {
             let name = self.representation.name();
             return Err(GpuError::NoShaderVolume { name }.into());
         };
-        let grid = self.storage.voxel_grid();
+        let grid = self.device.voxel_grid();
         let around = self.view_bounds;
         let camera = Camera::orbit(around, [30.0, 20.0, 2.5], 45.0);
         let settings = RenderSettings {
@@ -183,6 +173,6 @@ impl World {
             eye: camera.target.to_array(),
             ..frames.into_iter().next().unwrap_or_default()
         };
-        Ok((field, volume, frame))
+        Ok((&device.program, volume, frame))
     }
 }

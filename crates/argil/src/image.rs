@@ -24,6 +24,7 @@ pub struct RenderedImage {
 /// What is known of an image that stays on the GPU.
 ///
 /// `World::render_into` returns it.
+#[cfg(feature = "gpu")]
 #[derive(Clone, Debug)]
 pub struct RenderReport {
     /// Statistics of the primary rays, if [`RenderSettings::statistics`](argil_render::RenderSettings::statistics) asks for them.

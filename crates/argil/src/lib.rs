@@ -6,6 +6,7 @@ mod blocking;
 mod build;
 mod cache_folder;
 mod cast;
+mod device;
 mod edit_report;
 mod edit_session;
 mod engine;
@@ -48,6 +49,7 @@ mod world;
 
 pub use argil_abi as abi;
 pub use argil_field as field;
+#[cfg(feature = "gpu")]
 pub use argil_gpu as gpu;
 pub use argil_math as math;
 pub use argil_mesh as mesh;
@@ -71,9 +73,11 @@ pub use export::{
 };
 pub use external_files::ExternalFiles;
 pub use field_mesh::MeshMethod;
+#[cfg(feature = "gpu")]
+pub use image::RenderReport;
+pub use image::RenderedImage;
 #[cfg(feature = "png")]
 pub use image::{PngImage, read_png, save_png, write_png};
-pub use image::{RenderReport, RenderedImage};
 pub use mesh_assets::{
     LoadedMesh, load_images, load_meshes, load_meshes_from_bytes, load_meshes_with_control,
 };

@@ -1,14 +1,12 @@
 //! Checks memory before it is allocated.
 
 use crate::{BuildError, Engine};
-use argil_gpu::GpuError;
-use argil_volume::BricksError;
 #[cfg(all(not(target_arch = "wasm32"), feature = "memory"))]
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// Returns the smaller of a budget and the free memory, where volumes live in the machine's memory.
 pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
-    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+    if engine.has_own_memory() {
         return budget;
     }
     match (budget, available_memory()) {
@@ -19,10 +17,8 @@ pub(crate) fn budget_on(engine: &Engine, budget: Option<u64>) -> Option<u64> {
 
 /// Turns an exceeded budget that nobody requested into a lack of memory.
 pub(crate) fn without_budget(error: BuildError, requested: Option<u64>) -> BuildError {
-    let (needed, available) = match error {
-        BuildError::Bricks(BricksError::Budget { needed, budget, .. })
-        | BuildError::Gpu(GpuError::Budget { needed, budget, .. }) => (needed, budget),
-        other => return other,
+    let Some([needed, available]) = error.exceeded_budget() else {
+        return error;
     };
     if requested.is_some_and(|requested| available >= requested) {
         return error;
@@ -32,11 +28,11 @@ pub(crate) fn without_budget(error: BuildError, requested: Option<u64>) -> Build
 
 /// Refuses work that needs more memory than is free.
 pub(crate) fn check_memory(engine: &Engine, needed: u64) -> Result<(), BuildError> {
-    if engine.gpu_kind().is_some_and(|kind| kind.is_real_gpu()) {
+    if engine.has_own_memory() {
         return Ok(());
     }
     // A software GPU keeps its buffers in the same memory, next to the downloaded data.
-    let needed = needed.saturating_mul(if engine.gpu_kind().is_some() { 2 } else { 1 });
+    let needed = needed.saturating_mul(if engine.is_gpu() { 2 } else { 1 });
     match available_memory() {
         Some(available) if needed > available => Err(BuildError::Memory { needed, available }),
         // If the system does not report free memory, allow the work.
@@ -65,6 +61,7 @@ fn free_memory() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use argil_volume::BricksError;
 
     #[test]
     fn a_budget_that_nobody_requested_is_the_machines_memory() {

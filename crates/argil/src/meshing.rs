@@ -1,13 +1,12 @@
 //! Extracts triangle meshes from worlds.
 
-use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu, layout_of};
+use crate::device::Device;
+use crate::field_mesh::{MeshMethod, Stages, field_mesh, layout_of};
 use crate::mesh_error::MeshError;
-use crate::representation::{Storage, clip_box};
+use crate::representation::{BuildContext, clip_box};
 use crate::vertex_error::VertexError;
 use crate::{BuildError, World};
-use argil_gpu::{GpuError, GpuMesh, GpuProgram, GpuVolume, SurfaceOptions};
 use argil_math::Aabb;
-use argil_mesh::marching::surface::{Surface, SurfaceError};
 use argil_mesh::{
     Mesh, MeshFormat, MeshNormals, MeshReport, MeshSdf, MeshWriteOptions, project_to_field,
     simplify, write,
@@ -209,28 +208,24 @@ impl World {
         let iso = options.iso;
         let mut made = None;
         let is_dual = options.method == MeshMethod::DualContouring;
-        let is_volume = matches!(self.storage(), Storage::Cpu(_) | Storage::Gpu(_));
+        let is_volume = self.device.has_volume();
         if is_dual && (is_volume || iso != 0.0) {
             return Err(MeshError::Dual);
         }
+        let by_device = if is_volume {
+            let mesh = self.device.volume_mesh(options, stages).await?;
+            mesh.zip(self.device.voxel_grid())
+        } else if iso == 0.0 && !is_dual {
+            self.of_field_on_device(options, stages).await?
+        } else {
+            None
+        };
         let mut offset_from = None;
-        let (mesh, voxel_grid, lists) = match (self.storage(), self.field_on_gpu()) {
-            (Storage::Gpu(volume), Some(field)) => {
-                let mesh = of_gpu(volume, field, options, stages).await?;
-                (mesh, *volume.voxel_grid(), None)
-            }
-            (Storage::Cpu(volume), _) => {
-                let with_normals = options.normals == MeshNormals::Gradient;
-                let mesh = volume.triangles(iso, with_normals)?;
-                stages.done("march")?;
-                (mesh, *volume.voxel_grid(), None)
-            }
-            (_, Some(field)) if iso == 0.0 && !is_dual => {
-                self.of_field_on_gpu(field, options, stages).await?
-            }
-            _ if iso == 0.0 => self.of_field(options, &mut made, stages)?,
-            _ if self.is_level_set(iso) => self.of_level(options, stages)?,
-            _ => {
+        let (mesh, voxel_grid, lists) = match by_device {
+            Some((mesh, voxel_grid)) => (mesh, voxel_grid, None),
+            None if iso == 0.0 => self.of_field(options, &mut made, stages)?,
+            None if self.is_level_set(iso) => self.of_level(options, stages)?,
+            None => {
                 let (mesh, voxel_grid, solid) = self.of_offset(options, stages)?;
                 offset_from = solid;
                 (mesh, voxel_grid, None)
@@ -299,30 +294,24 @@ impl World {
         Ok((mesh, voxel_grid, Some(own.lists)))
     }
 
-    /// Meshes the field on a GPU. The bricks are built, meshed and freed there.
-    async fn of_field_on_gpu(
+    /// Meshes the field on the device, unless that leaves it to the CPU. The bricks are built, meshed and freed there.
+    async fn of_field_on_device(
         &self,
-        field: &GpuProgram,
         options: &MeshOptions,
         stages: &mut Stages,
-    ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
+    ) -> Result<Option<(Mesh, VoxelGrid)>, MeshError> {
         let voxel_grid = self.mesh_grid(options)?;
-        field.upload_instructions(|| self.program());
         let normals = match options.normals {
             MeshNormals::Face => MeshNormals::None,
             others => others,
         };
-        let made = field_mesh_on_gpu(
-            self.engine(),
-            field,
-            self.program(),
-            voxel_grid,
-            normals,
-            false,
-        );
-        let (mesh, took) = made.await?;
-        stages.all.extend(took);
-        Ok((brought(&mesh, field, stages).await?, voxel_grid, None))
+        let site = BuildContext {
+            engine: self.engine(),
+            scene: &self.scene,
+            program: self.program(),
+        };
+        let mesh = self.device.field_mesh(&site, voxel_grid, normals, stages);
+        Ok(mesh.await?.map(|mesh| (mesh, voxel_grid)))
     }
 }
 
@@ -357,49 +346,6 @@ fn checked(
     }
     let error = VertexError::of(&distances(mesh), options.iso, voxel_size);
     (MeshReport::of(mesh), error)
-}
-
-/// Meshes a volume on a GPU.
-async fn of_gpu(
-    volume: &GpuVolume,
-    field: &GpuProgram,
-    options: &MeshOptions,
-    stages: &mut Stages,
-) -> Result<Mesh, MeshError> {
-    let iso = options.iso;
-    SurfaceError::check_band(iso, volume.encoding().band_width(volume.voxel_grid(), 0))?;
-    let options = SurfaceOptions {
-        iso,
-        normals: match options.normals {
-            MeshNormals::Gradient => MeshNormals::Gradient,
-            // The CPU computes exact normals later, as for volumes on the CPU.
-            _ => MeshNormals::None,
-        },
-        ..SurfaceOptions::default()
-    };
-    let marched = volume.march(field, &options).await;
-    let (mesh, took) = marched.map_err(|error| match error {
-        GpuError::NotMeshable => SurfaceError::Octree.into(),
-        GpuError::UnsupportedIsoLevel => SurfaceError::Iso.into(),
-        error => MeshError::from(BuildError::from(error)),
-    })?;
-    stages.all.extend(took);
-    brought(&mesh, field, stages).await
-}
-
-/// Downloads a mesh. Drops its normals if all are zero.
-async fn brought(
-    mesh: &GpuMesh,
-    field: &GpuProgram,
-    stages: &mut Stages,
-) -> Result<Mesh, MeshError> {
-    stages.restart();
-    let mut mesh = mesh.download(field.gpu()).await.map_err(BuildError::from)?;
-    if mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
-        mesh.normals = Vec::new();
-    }
-    stages.done("bring back")?;
-    Ok(mesh)
 }
 
 /// Computes normals as central differences of stored samples, over one voxel.

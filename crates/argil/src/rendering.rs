@@ -1,17 +1,15 @@
 //! Renders images of worlds.
 
+use crate::device::{Device, RenderRequest};
 use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
-use crate::representation::{MeshStorage, Storage, StoredTriangles, triangles};
-use crate::{RenderError, RenderReport, RenderedImage, Representation, World};
-use argil_abi::{HIT_INSIDE, HIT_OUTSIDE, Hit};
-use argil_gpu::{GpuProgram, GpuVolume, ImageOutput, ImageTextures};
+use crate::{RenderError, RenderedImage, Representation, World};
+use argil_abi::{FrameUniform, HIT_INSIDE, HIT_OUTSIDE, Hit};
 use argil_math::Aabb;
 use argil_render::{
-    Camera, LitBricks, LiveImage, NormalSource, RenderMode, RenderOutput, RenderSettings,
-    RenderSource, ViewLight, frame_uniforms,
+    Camera, LiveImage, RenderMode, RenderOutput, RenderSettings, ViewLight, frame_uniforms,
 };
 use argil_scene::CameraPose;
-use argil_volume::{Levels, Volume};
+use argil_volume::Levels;
 use std::sync::Arc;
 use web_time::Instant;
 
@@ -67,7 +65,7 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, ImageOutput::Cpu).await?;
+        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
         Ok(RenderedImage::new(picture, duration_ms))
     }
 
@@ -81,8 +79,7 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<(RenderedImage, Vec<f32>), RenderError> {
-        let output = ImageOutput::CpuWithHits;
-        let (picture, duration_ms) = self.picture(camera, settings, output).await?;
+        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
         let length = |hit: &Hit| match hit.kind {
             HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
             _ => f32::INFINITY,
@@ -96,23 +93,27 @@ impl World {
     /// # Errors
     /// If the world is on the CPU, the textures have another size than the image, a setting is out of range, the mode needs bricks
     /// that the world does not have, or the device fails.
+    #[cfg(feature = "gpu")]
     pub async fn render_into_async(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
-        textures: &ImageTextures,
-    ) -> Result<RenderReport, RenderError> {
-        let output = ImageOutput::Textures(textures);
-        let (picture, duration_ms) = self.picture(camera, settings, output).await?;
-        Ok(RenderReport {
+        textures: &argil_gpu::ImageTextures,
+    ) -> Result<crate::RenderReport, RenderError> {
+        let frames = self.frames(camera, settings)?;
+        let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
+        let request = self.render_request(settings, &frames, false);
+        let output = argil_gpu::ImageOutput::Textures(textures);
+        let (picture, duration_ms) = device.render_to(&request, output).await?;
+        Ok(crate::RenderReport {
             statistics: picture.statistics,
             duration_ms,
         })
     }
 
     /// Returns the levels from which light reads distances that sparse bricks do not store, if a mode shows light.
-    fn light_for(&self, mode: RenderMode) -> Option<Arc<Levels>> {
-        let layout = self.storage.brick_layout()?;
+    pub(crate) fn light_for(&self, mode: RenderMode) -> Option<Arc<Levels>> {
+        let layout = self.device.brick_layout()?;
         let is_lit = mode == RenderMode::Shaded;
         is_lit.then(|| {
             self.light
@@ -131,68 +132,62 @@ impl World {
         settings: &RenderSettings,
         dirty_box: Aabb,
     ) -> Result<usize, RenderError> {
-        let is_local = matches!(&self.storage, Storage::Cpu(Volume::Bricks(_)));
-        if self.gpu.is_some() || !is_local {
-            let (picture, _) = self.picture(camera, settings, ImageOutput::Cpu).await?;
+        let device = self.device.on_cpu();
+        let Some(device) = device.filter(|device| device.brick_layout().is_some()) else {
+            let (picture, _) = self.picture(camera, settings, false).await?;
             return Ok(image.replace(picture));
-        }
+        };
+        let frames = self.frames(camera, settings)?;
+        let light = self.light_for(settings.mode);
+        // Blocks that edits have not rebuilt yet change the image later.
+        let is_pending = self.edits.remaining_blocks() > 0;
+        let grid = device.voxel_grid();
+        let is_same = image.follows(([light.is_some(), is_pending], grid));
+        let knows_all = is_same && !is_pending;
+        let dirty = if knows_all { dirty_box } else { Aabb::ALL };
+        Ok(device.with_source(light.as_deref(), |source| {
+            image.draw(self.program(), source, &frames, dirty)
+        }))
+    }
+
+    /// Checks a camera and settings, and returns what shaders know of each sample's frame.
+    pub(crate) fn frames(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<Vec<FrameUniform>, RenderError> {
         check(camera, settings)?;
         if !self.representation.supports_mode(settings.mode) {
             return Err(RenderError::NoBricks);
         }
-        let grid = self.storage.voxel_grid();
+        let grid = self.device.voxel_grid();
         let around = self.view_bounds;
-        let frames = frame_uniforms(settings, camera, self.program(), grid.as_ref(), around);
-        let light = self.light_for(settings.mode);
-        // Blocks that edits have not rebuilt yet change the image later.
-        let is_pending = self.edits.remaining_blocks() > 0;
-        let is_same = image.follows(([light.is_some(), is_pending], grid));
-        let knows_all = is_same && !is_pending;
-        let dirty = if knows_all { dirty_box } else { Aabb::ALL };
-        Ok(self.with_source(light.as_deref(), |through| {
-            image.draw(self.program(), through, &frames, dirty)
-        }))
+        Ok(frame_uniforms(
+            settings,
+            camera,
+            self.tables(),
+            grid.as_ref(),
+            around,
+        ))
     }
 
-    /// Calls a function with what rays on the CPU march through.
-    fn with_source<T>(
-        &self,
-        light: Option<&Levels>,
-        then: impl FnOnce(&dyn RenderSource) -> T,
-    ) -> T {
-        match &self.storage {
-            Storage::Cpu(volume) => match (volume, light) {
-                (Volume::Bricks(bricks), Some(light)) => then(&LitBricks { bricks, light }),
-                _ => then(volume),
-            },
-            Storage::Mesh(MeshStorage {
-                mesh: StoredTriangles::Cpu(mesh),
-                ..
-            }) => then(&triangles(mesh)),
-            _ => then(&argil_render::PrunedField),
-        }
-    }
-
-    /// Gives a volume on the device the levels that light reads. What does not fit on the device is not read.
-    pub(crate) fn set_light(
-        &self,
-        field: &GpuProgram,
-        volume: &GpuVolume,
-    ) -> Result<(), argil_gpu::GpuError> {
-        let light = self.light_for(RenderMode::Shaded);
-        if volume.set_light(field.gpu(), light.as_ref()).is_err() {
-            volume.set_light(field.gpu(), None)?;
-        }
-        Ok(())
-    }
-
-    /// Uploads the instructions of the program, if a frame evaluates it: after edits, they are put together only then.
-    pub(crate) fn upload_instructions(&self, field: &GpuProgram, settings: &RenderSettings) {
-        let is_stored = matches!(self.storage, Storage::Gpu(_) | Storage::Mesh(_));
-        let is_plain =
-            settings.mode != RenderMode::Shaded && settings.normals != NormalSource::Field;
-        if !(is_stored && is_plain) {
-            field.upload_instructions(|| self.program());
+    /// Returns what a device renders.
+    fn render_request<'a>(
+        &'a self,
+        settings: &'a RenderSettings,
+        frames: &'a [FrameUniform],
+        with_hits: bool,
+    ) -> RenderRequest<'a> {
+        let start = Instant::now();
+        RenderRequest {
+            program: self.lazy_program(),
+            #[cfg(feature = "gpu")]
+            settings,
+            frames,
+            light: self.light_for(settings.mode),
+            with_hits,
+            control: &self.engine.control,
+            start,
         }
     }
 
@@ -200,51 +195,11 @@ impl World {
         &self,
         camera: &Camera,
         settings: &RenderSettings,
-        output: ImageOutput<'_>,
+        with_hits: bool,
     ) -> Result<(RenderOutput, f64), RenderError> {
-        check(camera, settings)?;
-        if !self.representation.supports_mode(settings.mode) {
-            return Err(RenderError::NoBricks);
-        }
-        let voxel_grid = self.storage.voxel_grid();
-        let frames = frame_uniforms(
-            settings,
-            camera,
-            self.tables(),
-            voxel_grid.as_ref(),
-            self.view_bounds,
-        );
-        let start = Instant::now();
-        if let Some(field) = &self.gpu {
-            self.upload_instructions(field, settings);
-            let (picture, duration_ms) = match &self.storage {
-                Storage::Gpu(volume) if settings.mode != RenderMode::Shaded => {
-                    volume.render(field, &frames, output).await?
-                }
-                Storage::Gpu(volume) => {
-                    self.set_light(field, volume)?;
-                    volume.render(field, &frames, output).await?
-                }
-                Storage::Mesh(MeshStorage {
-                    mesh: StoredTriangles::Gpu(mesh),
-                    ..
-                }) => mesh.render(field, &frames, output).await?,
-                _ => field.render(&frames, output).await?,
-            };
-            return Ok((picture, duration_ms));
-        }
-        let with_hits = match output {
-            ImageOutput::Cpu => false,
-            ImageOutput::CpuWithHits => true,
-            ImageOutput::Textures(_) => return Err(RenderError::NotOnGpu),
-        };
-        let light = self.light_for(settings.mode);
-        let control = &self.engine.control;
-        let picture = self.with_source(light.as_deref(), |through| {
-            argil_render::render_with_control(self.program(), through, &frames, with_hits, control)
-        });
-        let picture = picture.ok_or(RenderError::Cancelled)?;
-        Ok((picture, start.elapsed().as_secs_f64() * 1e3))
+        let frames = self.frames(camera, settings)?;
+        let request = self.render_request(settings, &frames, with_hits);
+        self.device.render(request).await
     }
 }
 

@@ -4,12 +4,13 @@ mod bricks;
 mod dense;
 mod levels;
 mod mesh;
-mod mesh_storage;
+mod mesh_counts;
 mod octree;
 mod options;
 mod voxel_grid;
 
 use crate::BuildError;
+use crate::device::{AnyDevice, Device};
 use argil_render::RenderMode;
 use argil_volume::{Volume, VoxelGrid};
 
@@ -17,12 +18,11 @@ pub use bricks::BricksOptions;
 pub use dense::DenseOptions;
 pub use levels::LevelsOptions;
 pub use mesh::MeshRenderOptions;
-pub use mesh_storage::MeshCounts;
-pub(crate) use mesh_storage::{MeshStorage, StoredTriangles, triangles};
+pub use mesh_counts::MeshCounts;
 pub use octree::OctreeOptions;
+pub(crate) use options::BuildContext;
 pub use options::BuildTimings;
 use options::RepresentationOptions;
-pub(crate) use options::{BuildContext, Storage};
 pub(crate) use voxel_grid::{clip_box, has_outgrown, updated_grid, view_bounds_of};
 
 /// Generates [`Representation`] and its conversions from a list.
@@ -94,16 +94,21 @@ macro_rules! representations {
                 via
             }
 
-            /// Builds the representation on the engine's device, on a given voxel grid or on the scene's own.
+            /// Builds the representation on a device, on a given voxel grid or on the scene's own.
             pub(crate) async fn build(
                 &self,
+                device: &mut AnyDevice,
                 site: &BuildContext<'_>,
                 voxel_grid: Option<VoxelGrid>,
-            ) -> Result<(Storage, BuildTimings), BuildError> {
-                match self {
-                    Self::Field => Ok((Storage::Field, BuildTimings::default())),
-                    $(Self::$name(options) => options.build_on(site, voxel_grid).await,)*
-                }
+            ) -> Result<BuildTimings, BuildError> {
+                let stages = match self {
+                    Self::Field => {
+                        device.clear();
+                        Vec::new()
+                    }
+                    $(Self::$name(options) => options.build_on(device, site, voxel_grid).await?,)*
+                };
+                Ok(BuildTimings::of_stages(stages))
             }
         }
 

@@ -1,15 +1,12 @@
 //! Path-traced stills of worlds.
 
+use crate::device::{Device, PathRequest};
 use crate::probe::Probe;
 use crate::query::Query;
-use crate::representation::Storage;
-use crate::{MeshFileError, RenderError, Representation, World};
-use argil_abi::FrameUniform;
-use argil_gpu::{GpuProgram, PathWork};
+use crate::{MeshFileError, RenderError, World};
 use argil_render::{
-    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene,
-    PathTables, PathView, RenderSettings, Still, StillOptions, ViewLight, continue_paths,
-    frame_uniforms,
+    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
+    RenderSettings, Still, StillOptions, ViewLight, frame_uniforms,
 };
 use glam::Vec3;
 use std::path::Path;
@@ -36,6 +33,7 @@ pub enum StillError {
     #[error(transparent)]
     Environment(#[from] EnvironmentNotLoaded),
     /// The device cannot trace the paths.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] argil_gpu::GpuError),
 }
@@ -80,7 +78,10 @@ impl World {
             return Err(StillError::Size);
         }
         check(options)?;
-        let grid = self.storage.voxel_grid();
+        if !self.device.has_paths() {
+            return Err(StillError::Representation(self.representation.name()));
+        }
+        let grid = self.device.voxel_grid();
         let frames = frame_uniforms(
             &settings,
             camera,
@@ -100,54 +101,14 @@ impl World {
             fog: view.fog.filter(|fog| fog.density > 0.0),
             lens,
         };
-        if let Some(field) = &self.gpu {
-            return self
-                .trace_on_gpu(field, (&frames[0], &view, options), still)
-                .await;
-        }
-        let scene = self.paths()?;
-        let control = &self.engine.control;
-        continue_paths(&scene, &view, &frames[0], options, control, still);
-        Ok(())
-    }
-
-    /// Adds paths to a still on the device.
-    async fn trace_on_gpu(
-        &self,
-        field: &GpuProgram,
-        (frame, view, options): (&FrameUniform, &PathView, &StillOptions),
-        still: &mut Still,
-    ) -> Result<(), StillError> {
-        let volume = match &self.storage {
-            Storage::Gpu(volume) if volume.has_paths() => Some(volume),
-            _ if self.representation == Representation::Field => None,
-            _ => return Err(StillError::Representation(self.representation.name())),
-        };
-        field.upload_instructions(|| self.program());
-        let mut tables = PathTables::new(view, options);
-        let voxel = volume.map(|volume| volume.voxel_grid().voxel_size);
-        let own = &mut tables.uniform;
-        own.epsilon = match voxel {
-            Some(voxel) => Query::epsilon_of_voxel(voxel),
-            None => self.query().epsilon,
-        };
-        own.lift = lift_of(own.epsilon);
-        own.least_step = 0.5 * voxel.unwrap_or(0.0);
-        own.normal_step = voxel.map_or(16.0 * own.epsilon, |voxel| 0.5 * voxel);
-        let is_plain = !self.program().has_glass() && !self.program().has_textures();
-        own.is_stored = u32::from(is_plain);
-        let work = PathWork {
-            frame,
-            tables: &tables,
-            program: self.program(),
+        let request = PathRequest {
+            query: self.query_volume().unwrap_or_else(|| self.query()),
+            frame: &frames[0],
+            view: &view,
             options,
             control: &self.engine.control,
         };
-        match volume {
-            Some(volume) => volume.trace_paths(field, work, still).await?,
-            None => field.trace_paths(work, still).await?,
-        }
-        Ok(())
+        self.device.trace_paths(request, still).await
     }
 
     /// Loads the image of the view's environment, if that is not loaded: only stills need it. `folder` is the folder of the scene's
@@ -161,19 +122,6 @@ impl World {
         allow_external: bool,
     ) -> Result<(), MeshFileError> {
         crate::load_images(&mut self.scene, folder, allow_external)
-    }
-
-    /// Returns what paths on the CPU pass through.
-    fn paths(&self) -> Result<Query<'_>, StillError> {
-        if self.representation == Representation::Field {
-            return Ok(self.query());
-        }
-        let name = self.representation.name();
-        if self.levels().is_some() {
-            // Their pages are there only where rays of an image needed them.
-            return Err(StillError::Representation(name));
-        }
-        self.query_volume().ok_or(StillError::Representation(name))
     }
 }
 
@@ -197,7 +145,7 @@ fn check(options: &StillOptions) -> Result<(), RenderError> {
 }
 
 /// Returns how far above a surface rays begin that leave it.
-fn lift_of(epsilon: f32) -> f32 {
+pub(crate) fn ray_lift(epsilon: f32) -> f32 {
     4.0 * epsilon
 }
 
@@ -243,7 +191,7 @@ impl PathScene for Query<'_> {
     }
 
     fn lift(&self) -> f32 {
-        lift_of(self.epsilon)
+        ray_lift(self.epsilon)
     }
 }
 

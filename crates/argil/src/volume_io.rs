@@ -1,8 +1,7 @@
 //! Reads and writes volume files.
 
-use crate::representation::Storage;
-use crate::{BuildError, Engine, Representation, VolumeFileError, World};
-use argil_gpu::GpuVolume;
+use crate::device::Device;
+use crate::{Engine, Representation, VolumeFileError, World};
 use argil_scene::SampledGrid;
 use argil_scene::Scene;
 use argil_volume::VolumeFile;
@@ -45,13 +44,7 @@ impl World {
             .volume
             .set_clipped(!solid.is_finite() && !solid.is_empty());
         world.representation = Representation::of(&stored.volume);
-        world.storage = match &world.gpu {
-            Some(gpu) => {
-                let volume = GpuVolume::upload(gpu, &stored.volume).await;
-                Storage::Gpu(volume.map_err(BuildError::from)?)
-            }
-            None => Storage::Cpu(stored.volume),
-        };
+        world.device.store_volume(stored.volume).await?;
         world.begin_following(&scene);
         Ok((scene, world))
     }

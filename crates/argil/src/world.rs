@@ -2,14 +2,14 @@ mod edits;
 mod levels;
 
 use crate::MeshCounts;
+use crate::device::{AnyDevice, CpuDevice, Device};
 use crate::edit_session::EditSession;
 use crate::light::Light;
 use crate::observers::Observers;
-use crate::program_cache::ProgramCache;
-use crate::representation::{BuildContext, Storage, StoredTriangles, view_bounds_of};
+use crate::program_cache::{LazyProgram, ProgramCache};
+use crate::representation::{BuildContext, view_bounds_of};
 use crate::{BuildError, BuildTimings, Engine, GridError, Representation};
 use argil_field::{Grid, IncrementalProgram, OperandIndex, Program, ProgramTree};
-use argil_gpu::GpuProgram;
 use argil_math::{Aabb, Control, Interval};
 use argil_scene::Scene;
 use argil_volume::BrickChanges;
@@ -44,13 +44,12 @@ pub struct World {
     pub(crate) edits: EditSession,
     /// Queries since the last edit.
     query_count: AtomicU32,
-    pub(crate) gpu: Option<GpuProgram>,
     observers: Observers,
     pub(crate) view_bounds: Aabb,
     /// The scene at the last edit that was applied.
     pub(crate) scene: Scene,
     pub(crate) representation: Representation,
-    pub(crate) storage: Storage,
+    pub(crate) device: AnyDevice,
     pub(crate) light: Light,
     build_timings: BuildTimings,
 }
@@ -58,22 +57,18 @@ pub struct World {
 impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
         let program = Program::lower(scene)?;
-        let gpu = match &engine.gpu {
-            Some(gpu) => Some(GpuProgram::new(gpu.clone(), &program, false)?),
-            None => None,
-        };
-        let focus = view_bounds_of(scene, &program);
+        let device = AnyDevice::new(&engine, &program)?;
+        let view_bounds = view_bounds_of(scene, &program);
         Ok(Self {
             engine,
             program: OnceLock::from(ProgramCache::from(program)),
             edits: EditSession::of(scene),
             query_count: AtomicU32::new(0),
-            gpu,
             observers: Observers::default(),
-            view_bounds: focus,
+            view_bounds,
             scene: scene.snapshot(),
             representation: Representation::Field,
-            storage: Storage::Field,
+            device,
             light: Light::default(),
             build_timings: BuildTimings::default(),
         })
@@ -89,37 +84,30 @@ impl World {
         representation: Representation,
     ) -> Result<Self, BuildError> {
         // Free the old volume before the new one is built.
-        self.storage = Storage::Field;
+        self.device.clear();
         self.light.forget();
-        if !self.edits.has_seen_all(scene) {
+        let is_same = self.edits.has_seen_all(scene);
+        if !is_same {
             self.program = OnceLock::from(ProgramCache::from(Program::lower(scene)?));
         }
         // Also takes over what is not an edit: name, view, and the paths of meshes.
         self.scene = scene.snapshot();
         let program = &ProgramCache::of(&self.program, &self.edits).program;
         self.view_bounds = view_bounds_of(scene, program);
-        // Earlier edits left the tables in another order.
-        if let Some(gpu) = &mut self.gpu
-            && !gpu.is_specialized()
-        {
-            gpu.update(program)?;
+        // Earlier edits left the tables in another order, but no edit leaves specialized shaders.
+        if !(is_same && self.device.is_specialized()) {
+            self.device.set_program(program)?;
         }
-        (self.storage, self.build_timings) = representation
-            .build(&self.site(scene, self.program()), None)
-            .await?;
+        let site = BuildContext {
+            engine: &self.engine,
+            scene,
+            program,
+        };
+        let built = representation.build(&mut self.device, &site, None);
+        self.build_timings = built.await?;
         self.begin_following(scene);
         self.representation = representation;
         Ok(self)
-    }
-
-    /// Returns what a representation is built from.
-    fn site<'a>(&'a self, scene: &'a Scene, program: &'a Program) -> BuildContext<'a> {
-        BuildContext {
-            engine: &self.engine,
-            field: self.gpu.as_ref(),
-            scene,
-            program,
-        }
     }
 
     /// Returns how the world stores its geometry.
@@ -134,7 +122,7 @@ impl World {
 
     /// Returns the voxels along each axis of the volume, or `None` for a world without one.
     pub fn resolution(&self) -> Option<[u32; 3]> {
-        self.storage
+        self.device
             .voxel_grid()
             .map(|voxel_grid| voxel_grid.size.to_array())
     }
@@ -144,46 +132,16 @@ impl World {
     /// # Errors
     /// If the device fails.
     pub async fn volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError> {
-        match (&self.storage, &self.gpu) {
-            (Storage::Cpu(volume), _) => Ok(Some(volume.info())),
-            (Storage::Gpu(volume), Some(field)) => Ok(Some(volume.info(field.gpu()).await?)),
-            _ => Ok(None),
-        }
-    }
-
-    pub(crate) fn storage(&self) -> &Storage {
-        &self.storage
-    }
-
-    pub(crate) fn field_on_gpu(&self) -> Option<&GpuProgram> {
-        self.gpu.as_ref()
+        self.device.info().await
     }
 
     /// Returns the numbers of triangles and vertices, or `None` unless the world is represented as a mesh.
     pub fn mesh_counts(&self) -> Option<MeshCounts> {
-        let Storage::Mesh(stored) = &self.storage else {
-            return None;
-        };
-        Some(match &stored.mesh {
-            StoredTriangles::Cpu(mesh) => MeshCounts {
-                triangles: mesh.triangles.len() as u64,
-                vertices: mesh.positions.len() as u64,
-            },
-            StoredTriangles::Gpu(mesh) => {
-                let [triangles, vertices] = mesh.counts();
-                MeshCounts {
-                    triangles,
-                    vertices,
-                }
-            }
-        })
+        self.device.mesh_counts()
     }
 
     pub(crate) fn volume_on_cpu(&self) -> Option<&Volume> {
-        match &self.storage {
-            Storage::Cpu(volume) => Some(volume),
-            _ => None,
-        }
+        self.device.on_cpu().and_then(CpuDevice::as_volume)
     }
 
     /// Returns the scene's view: camera, ground, sun and bounds.
@@ -206,21 +164,15 @@ impl World {
     /// # Errors
     /// If the device fails.
     pub async fn volume_async(&self) -> Result<Option<Cow<'_, Volume>>, BuildError> {
-        match (&self.storage, &self.gpu) {
-            (Storage::Cpu(volume), _) => Ok(Some(Cow::Borrowed(volume))),
-            (Storage::Gpu(volume), Some(field)) => {
-                Ok(Some(Cow::Owned(volume.download(field.gpu()).await?)))
-            }
-            _ => Ok(None),
-        }
+        self.device.volume().await
     }
 
     /// Takes the list of what edits changed in sparse bricks on the CPU, since the last call or the build. A
     /// renderer with its own copy updates it from this list. Returns `None` unless the world stores bricks on the
     /// CPU. After a [rebuild](crate::EditReport::rebuilt), everything is new.
     pub fn take_brick_changes(&mut self) -> Option<BrickChanges> {
-        match &mut self.storage {
-            Storage::Cpu(Volume::Bricks(bricks)) => Some(bricks.take_changes()),
+        match self.device.on_cpu_mut()?.as_volume_mut()? {
+            Volume::Bricks(bricks) => Some(bricks.take_changes()),
             _ => None,
         }
     }
@@ -231,11 +183,8 @@ impl World {
     /// If the device does not accept the shaders.
     pub async fn specialize_async(&mut self) -> Result<(), BuildError> {
         self.flush_async().await?;
-        if let Some(gpu) = &self.gpu {
-            let specialized = GpuProgram::new(gpu.gpu().clone(), self.program(), true)?;
-            self.gpu = Some(specialized);
-        }
-        Ok(())
+        let program = &ProgramCache::of(&self.program, &self.edits).program;
+        self.device.specialize(program)
     }
 
     /// Drops the program. It is put together again when it is needed.
@@ -247,6 +196,14 @@ impl World {
     /// Returns the program, with what queries derive from it.
     fn lowered(&self) -> &ProgramCache {
         ProgramCache::of(&self.program, &self.edits)
+    }
+
+    /// Returns the program, for work that may not need it.
+    pub(crate) fn lazy_program(&self) -> LazyProgram<'_> {
+        LazyProgram {
+            cell: &self.program,
+            edits: &self.edits,
+        }
     }
 
     /// Returns the incremental program, if edits have been applied.
@@ -283,28 +240,14 @@ impl World {
     /// Returns the bytes that the representation holds: samples and tables of a volume, or the program's tables,
     /// including those on the GPU.
     pub fn memory_bytes(&self) -> u64 {
-        match &self.storage {
-            Storage::Field => {
-                let on_gpu = self.gpu.as_ref().map_or(0, GpuProgram::memory_bytes);
-                self.program().memory_bytes() as u64 + on_gpu
-            }
-            Storage::Cpu(volume) => volume.memory_bytes(),
-            Storage::Gpu(volume) => volume.memory_bytes(),
-            Storage::Mesh(drawable) => match &drawable.mesh {
-                StoredTriangles::Gpu(mesh) => mesh.memory_bytes(),
-                StoredTriangles::Cpu(mesh) => mesh.memory_bytes(),
-            },
-        }
+        let of_program = || self.program().memory_bytes() as u64 + self.device.program_bytes();
+        self.device.stored_bytes().unwrap_or_else(of_program)
     }
 
     /// Returns the bytes of the coarse levels from which light through sparse bricks reads distances, on the CPU and on the
     /// GPU. They are not part of [`World::memory_bytes`] and its budget. 0 before the first shaded image.
     pub fn light_memory_bytes(&self) -> u64 {
-        let on_gpu = match &self.storage {
-            Storage::Gpu(volume) => volume.light_memory_bytes(),
-            _ => 0,
-        };
-        self.light.memory_bytes() + on_gpu
+        self.light.memory_bytes() + self.device.light_bytes()
     }
 
     /// Replaces the [`Control`] that long work of this world reports to: rebuilds, meshes, and images on the CPU. A

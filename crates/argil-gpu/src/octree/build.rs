@@ -13,10 +13,10 @@ use crate::storage_buffer::StorageBuffer;
 use crate::texel_format::TexelFormat;
 use crate::tile_source::TileSource;
 use crate::trace_mode::BoundResource;
-use crate::{BrickOrdering, Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
+use crate::{Gpu, GpuError, GpuProgram, GpuVolume, StageTimings};
 use argil_abi::{self as abi, FillUniform, OctreeNode, OctreeUniform};
 use argil_field::Program;
-use argil_volume::{BrickTest, OctreeLayout, wgsl};
+use argil_volume::{BrickOrdering, BrickTest, OctreeLayout, wgsl};
 
 /// Maximum cells for the enumeration sort.
 const MAX_TO_ENUMERATE: u32 = 32_768;

@@ -18,6 +18,19 @@ pub enum BrickTest {
     CenterInBand,
 }
 
+/// How a GPU orders the bricks of an octree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum BrickOrdering {
+    /// Bits are set in Morton order, and a prefix sum counts them: nothing is sorted.
+    #[default]
+    #[cfg_attr(feature = "clap", value(alias = "counted"))]
+    PrefixSum,
+    /// The 2023 study's enumeration sort of a list in any order.
+    #[cfg_attr(feature = "clap", value(alias = "enumerated"))]
+    EnumerationSort,
+}
+
 /// Settings of an octree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OctreeSettings {

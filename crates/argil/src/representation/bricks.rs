@@ -1,11 +1,11 @@
 //! Options of sparse bricks.
 
-use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
+use super::options::{BuildContext, RepresentationOptions, checked};
 use crate::BuildError;
+use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::{budget_on, without_budget};
-use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
-use argil_volume::{BrickLayout, BrickSettings, Bricks, Volume, VoxelGrid};
+use argil_volume::{BrickLayout, BrickSettings, Volume, VoxelGrid};
 
 /// Options of sparse bricks.
 ///
@@ -84,29 +84,14 @@ impl RepresentationOptions for BricksOptions {
 
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
-        let BuildContext {
-            engine, program, ..
-        } = *site;
+    ) -> Result<StageTimings, BuildError> {
         checked(self.settings.encoding)?;
         let layout = BrickLayout::new(voxel_grid, &self.settings)?;
-        let budget = budget_on(engine, self.memory_budget);
-        let control = &engine.control;
-        let refuse = |error: BuildError| without_budget(error, self.memory_budget);
-        if let Some(field) = site.field {
-            let made = GpuVolume::bricks_with_control(field, program, layout, budget, control);
-            let (volume, stages) = made.await.map_err(|e| refuse(e.into()))?;
-            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
-        }
-        let (bricks, stages) = Bricks::bake_with_control(program, layout, budget, control)
-            .map_err(|e| refuse(e.into()))?;
-        let stages = vec![
-            ("prune", stages.prune),
-            ("fill", stages.fill),
-            ("release", stages.release),
-        ];
-        Ok((Storage::Cpu(bricks.into()), BuildTimings::of_stages(stages)))
+        let budget = budget_on(site.engine, self.memory_budget);
+        let built = device.build_bricks(site, layout, budget).await;
+        built.map_err(|error| without_budget(error, self.memory_budget))
     }
 }

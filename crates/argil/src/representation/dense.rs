@@ -1,11 +1,10 @@
 //! Options of dense volumes.
 
-use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
+use super::options::{BuildContext, RepresentationOptions, checked};
 use crate::BuildError;
+use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::check_memory;
-use argil_gpu::{DenseFill, GpuVolume};
-use argil_volume::{Dense, Encoding, Volume, VoxelGrid};
-use web_time::Instant;
+use argil_volume::{Dense, DenseFill, Encoding, Volume, VoxelGrid};
 
 /// Options of a dense volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,28 +59,14 @@ impl RepresentationOptions for DenseOptions {
 
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
-        let BuildContext {
-            engine, program, ..
-        } = *site;
+    ) -> Result<StageTimings, BuildError> {
         let encoding = checked(self.encoding)?;
-        check_memory(
-            engine,
-            Dense::bytes_of(&voxel_grid, encoding.format, self.mips),
-        )?;
-        if let Some(field) = site.field {
-            let made = GpuVolume::dense(field, program, voxel_grid, encoding, self.mips, self.fill);
-            let (volume, stages) = made.await?;
-            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
-        }
-        let start = Instant::now();
-        let control = &engine.control;
-        let dense = Dense::bake_with_control(program, voxel_grid, encoding, self.mips, control);
-        let dense = dense.ok_or(BuildError::Cancelled)?;
-        let ms = start.elapsed().as_secs_f64() * 1e3;
-        let times = BuildTimings::of_stages(vec![("fill", ms)]);
-        Ok((Storage::Cpu(dense.into()), times))
+        let bytes = Dense::bytes_of(&voxel_grid, encoding.format, self.mips);
+        check_memory(site.engine, bytes)?;
+        let built = device.build_dense(site, voxel_grid, encoding, self.mips, self.fill);
+        built.await
     }
 }

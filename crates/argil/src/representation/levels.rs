@@ -1,11 +1,11 @@
 //! Options of levels of detail.
 
-use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
+use super::options::{BuildContext, RepresentationOptions, checked};
 use super::voxel_grid::sampled_box;
 use crate::BuildError;
+use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::{budget_on, without_budget};
 use argil_field::WORLD_LIMIT;
-use argil_gpu::GpuVolume;
 use argil_render::RenderMode;
 use argil_volume::{
     BrickSettings, Levels, LevelsLayout, MAX_SPARSE_RESOLUTION, MAX_VOXEL_INDEX, Volume, VoxelGrid,
@@ -106,9 +106,10 @@ impl RepresentationOptions for LevelsOptions {
 
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
+    ) -> Result<StageTimings, BuildError> {
         checked(self.settings.encoding)?;
         if !(0.125..=1024.0).contains(&self.pixel_error) {
             return Err(BuildError::PixelError(self.pixel_error));
@@ -128,10 +129,7 @@ impl RepresentationOptions for LevelsOptions {
             .map_err(|error| without_budget(error.into(), requested))?;
         levels.set_pixel_error(self.pixel_error);
         let stages = vec![("coarsest", start.elapsed().as_secs_f64() * 1e3)];
-        let storage = match site.field {
-            None => Storage::Cpu(levels.into()),
-            Some(field) => Storage::Gpu(GpuVolume::upload(field, &levels.into()).await?),
-        };
-        Ok((storage, BuildTimings::of_stages(stages)))
+        device.store_volume(levels.into()).await?;
+        Ok(stages)
     }
 }

@@ -1,11 +1,10 @@
 //! Options of meshes to render.
 
-use super::mesh_storage::{MeshStorage, StoredTriangles, triangles};
-use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage};
+use super::options::{BuildContext, RepresentationOptions};
 use crate::BuildError;
-use crate::field_mesh::{MeshMethod, Stages, field_mesh, field_mesh_on_gpu};
-use argil_gpu::GpuMesh;
-use argil_mesh::{MeshNormals, project_to_field};
+use crate::device::{AnyDevice, Device, StageTimings};
+use crate::field_mesh::{MeshMethod, Stages, field_mesh};
+use argil_mesh::project_to_field;
 use argil_volume::{Volume, VoxelGrid};
 
 /// Options of a mesh that is rendered. To export a mesh, use [`World::mesh`](crate::World::mesh).
@@ -51,25 +50,17 @@ impl RepresentationOptions for MeshRenderOptions {
 
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
+    ) -> Result<StageTimings, BuildError> {
         let BuildContext {
             engine, program, ..
         } = *site;
-        if let Some(field) = site.field
-            && self.method == MeshMethod::MarchingCubes
+        if self.method == MeshMethod::MarchingCubes
+            && let Some(stages) = device.build_mesh(site, voxel_grid, self.flat).await?
         {
-            let normals = if self.flat {
-                MeshNormals::Face
-            } else {
-                MeshNormals::Field
-            };
-            let made = field_mesh_on_gpu(engine, field, program, voxel_grid, normals, self.flat);
-            let (mesh, stages) = made.await?;
-            let mesh = StoredTriangles::Gpu(Box::new(mesh));
-            let times = BuildTimings::of_stages(stages);
-            return Ok((Storage::Mesh(MeshStorage { mesh, voxel_grid }), times));
+            return Ok(stages);
         }
         let mut stages = Stages::of(engine);
         let made = field_mesh(
@@ -88,14 +79,7 @@ impl RepresentationOptions for MeshRenderOptions {
             project_to_field::normals(program, &made.lists, &mut mesh);
             stages.done("normals")?;
         }
-        let mesh = match site.field {
-            Some(field) => {
-                let uploaded = GpuMesh::upload(field, triangles(&mesh))?;
-                StoredTriangles::Gpu(Box::new(uploaded))
-            }
-            None => StoredTriangles::Cpu(mesh),
-        };
-        let times = BuildTimings::of_stages(stages.all);
-        Ok((Storage::Mesh(MeshStorage { mesh, voxel_grid }), times))
+        device.store_mesh(mesh, voxel_grid)?;
+        Ok(stages.all)
     }
 }

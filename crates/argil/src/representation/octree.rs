@@ -1,11 +1,11 @@
 //! Options of octrees.
 
-use super::options::{BuildContext, BuildTimings, RepresentationOptions, Storage, checked};
+use super::options::{BuildContext, RepresentationOptions, checked};
 use crate::BuildError;
+use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::check_memory;
-use argil_gpu::{BrickOrdering, GpuVolume};
 use argil_render::RenderMode;
-use argil_volume::{Dense, Octree, OctreeLayout, OctreeSettings, Volume, VoxelGrid};
+use argil_volume::{BrickOrdering, Dense, OctreeLayout, OctreeSettings, Volume, VoxelGrid};
 
 /// Options of an octree.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,30 +70,19 @@ impl RepresentationOptions for OctreeOptions {
 
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
-        let BuildContext {
-            engine, program, ..
-        } = *site;
+    ) -> Result<StageTimings, BuildError> {
         checked(self.settings.encoding)?;
         let layout = OctreeLayout::new(voxel_grid, &self.settings)?;
-        let bits = layout.encoding.format;
+        let format = layout.encoding.format;
         let cells = 12 * u64::from(layout.code_count());
-        check_memory(engine, Dense::bytes_of(&voxel_grid, bits, false) + cells)?;
-        let keep = self.settings.brick_test;
-        if let Some(field) = site.field {
-            let made = GpuVolume::octree(field, program, layout, keep, self.order);
-            let (volume, stages) = made.await?;
-            return Ok((Storage::Gpu(volume), BuildTimings::of_stages(stages)));
-        }
-        let baked = Octree::bake_with_control(program, layout, keep, &engine.control);
-        let (octree, stages) = baked.ok_or(BuildError::Cancelled)?;
-        let stages = vec![
-            ("select", stages.select),
-            ("fill", stages.fill),
-            ("tree", stages.tree),
-        ];
-        Ok((Storage::Cpu(octree.into()), BuildTimings::of_stages(stages)))
+        let bytes = Dense::bytes_of(&voxel_grid, format, false) + cells;
+        check_memory(site.engine, bytes)?;
+        let brick_test = self.settings.brick_test;
+        device
+            .build_octree(site, layout, brick_test, self.order)
+            .await
     }
 }

@@ -1,24 +1,21 @@
 //! The trait that each representation's options implement, and the result of a build.
 
-use super::mesh_storage::MeshStorage;
 use super::voxel_grid::voxel_grid_of;
+use crate::device::{AnyDevice, StageTimings};
 use crate::{BuildError, Engine};
 use argil_field::Program;
-use argil_gpu::{GpuProgram, GpuVolume};
 use argil_render::RenderMode;
 use argil_scene::Scene;
-use argil_volume::{BrickLayout, Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
+use argil_volume::{Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
 
-/// What a representation is built from, and on which device.
+/// What a representation is built from.
 pub(crate) struct BuildContext<'a> {
     pub engine: &'a Engine,
-    /// The program on a GPU, if the engine has one.
-    pub field: Option<&'a GpuProgram>,
     pub scene: &'a Scene,
     pub program: &'a Program,
 }
 
-/// Options of a representation: its name, and how to build it on either device.
+/// Options of a representation: its name, and how a device builds it.
 pub(crate) trait RepresentationOptions: Copy + Default {
     /// The name that the command line uses.
     const NAME: &'static str;
@@ -53,19 +50,21 @@ pub(crate) trait RepresentationOptions: Copy + Default {
     /// Returns the options that a volume was built with, if it is of this kind.
     fn of(volume: &Volume) -> Option<Self>;
 
-    /// Builds the representation on a voxel grid.
+    /// Builds the representation on a voxel grid. The device stores it in place of what it stored.
     async fn build(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: VoxelGrid,
-    ) -> Result<(Storage, BuildTimings), BuildError>;
+    ) -> Result<StageTimings, BuildError>;
 
     /// Builds the representation on a given voxel grid, or on the scene's own.
     async fn build_on(
         &self,
+        device: &mut AnyDevice,
         site: &BuildContext<'_>,
         voxel_grid: Option<VoxelGrid>,
-    ) -> Result<(Storage, BuildTimings), BuildError> {
+    ) -> Result<StageTimings, BuildError> {
         let voxel_grid = match voxel_grid {
             Some(voxel_grid) if Self::IS_UNBOUNDED => voxel_grid,
             Some(voxel_grid) => voxel_grid.with_origin_at_box(),
@@ -77,7 +76,7 @@ pub(crate) trait RepresentationOptions: Copy + Default {
                 Self::MAX_RESOLUTION,
             )?,
         };
-        self.build(site, voxel_grid).await
+        self.build(device, site, voxel_grid).await
     }
 }
 
@@ -92,47 +91,10 @@ pub struct BuildTimings {
 }
 
 impl BuildTimings {
-    pub(crate) fn of_stages(stages_ms: Vec<(&'static str, f64)>) -> Self {
+    pub(crate) fn of_stages(stages_ms: StageTimings) -> Self {
         Self {
             duration_ms: stages_ms.iter().map(|(_, ms)| ms).sum(),
             stages_ms,
-        }
-    }
-}
-
-/// What a world stores.
-#[derive(Debug)]
-#[cfg_attr(
-    target_pointer_width = "64",
-    expect(
-        clippy::large_enum_variant,
-        reason = "worlds are few, and hold megabytes elsewhere"
-    )
-)]
-pub(crate) enum Storage {
-    Field,
-    Cpu(Volume),
-    Gpu(GpuVolume),
-    Mesh(MeshStorage),
-}
-
-impl Storage {
-    /// Returns the layout of sparse bricks, if the storage is a volume of these.
-    pub(crate) fn brick_layout(&self) -> Option<BrickLayout> {
-        match self {
-            Self::Cpu(Volume::Bricks(bricks)) => Some(*bricks.layout()),
-            Self::Gpu(volume) => volume.brick_layout(),
-            _ => None,
-        }
-    }
-
-    /// Returns the voxel grid that the storage has or came from.
-    pub(crate) fn voxel_grid(&self) -> Option<VoxelGrid> {
-        match self {
-            Self::Field => None,
-            Self::Cpu(volume) => Some(*volume.voxel_grid()),
-            Self::Gpu(volume) => Some(*volume.voxel_grid()),
-            Self::Mesh(drawable) => Some(drawable.voxel_grid),
         }
     }
 }

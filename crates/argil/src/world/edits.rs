@@ -1,13 +1,13 @@
 //! Updates a world after its scene's edits.
 
 use super::World;
-use crate::edit_session::{EditPace, EditSession, EditableVolume, UpdateResult};
+use crate::device::{AnyDevice, Device};
+use crate::edit_session::{EditPace, EditSession, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
-use crate::representation::{BuildContext, Storage, updated_grid, view_bounds_of};
+use crate::representation::{BuildContext, updated_grid, view_bounds_of};
 use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
-use argil_gpu::{GpuError, GpuProgram};
 use argil_math::Aabb;
 use argil_scene::Scene;
 use argil_volume::EditStats;
@@ -19,12 +19,7 @@ impl World {
     /// Starts to track a scene whose changes are all applied.
     pub(crate) fn begin_following(&mut self, scene: &Scene) {
         self.edits = EditSession::of(scene);
-        let edits = match &self.storage {
-            Storage::Cpu(volume) => volume.edits(),
-            Storage::Gpu(volume) => volume.edits(),
-            Storage::Field | Storage::Mesh(_) => None,
-        };
-        if let Some(edits) = edits {
+        if let Some(edits) = self.device.edits() {
             let program = &ProgramCache::of(&self.program, &self.edits).program;
             self.edits.watch(scene, edits, program);
         }
@@ -65,17 +60,20 @@ impl World {
         if self.edits.is_in_place() {
             reason = RebuildReason::Specialized;
         }
-        let kept = EditableVolume::of(&mut self.storage, self.gpu.as_mut());
-        if kept.as_ref().is_some_and(EditableVolume::has_lost_edits) {
+        if self.device.is_editable() && self.device.has_lost_edits() {
             reason = RebuildReason::NotSubmitted;
-        } else if let Some(kept) = kept {
+        } else if self.device.is_editable() {
             let is_for_host = pace.encoder.is_some();
             let machine = (&self.engine, self.representation.memory_budget());
             let lowered = self.program.get().map(|lowered| &lowered.program);
             let before = (&self.scene, lowered);
-            let followed = self.edits.update(scene, kept, before, machine, pace).await;
+            let device = &mut self.device;
+            let followed = self
+                .edits
+                .update(scene, device, before, machine, pace)
+                .await;
             // The program on the GPU already has the new parameters, even if the volume cannot follow.
-            if self.gpu.is_some() && self.edits.tables().is_some() {
+            if self.engine.is_gpu() && self.edits.tables().is_some() {
                 self.forget_program();
             }
             if followed.is_err() {
@@ -83,13 +81,13 @@ impl World {
             }
             match followed {
                 // Nothing was counted for a host, so that a rebuild may fit.
-                Err(BuildError::Gpu(GpuError::Budget { .. })) if is_for_host => {
+                Err(error) if is_for_host && error.exceeded_budget().is_some() => {
                     reason = RebuildReason::TooLarge;
                 }
                 Err(error) => return Err(error),
                 Ok(UpdateResult::InPlace(applied)) => {
                     self.forget_program();
-                    if let Some(layout) = self.storage.brick_layout() {
+                    if let Some(layout) = self.device.brick_layout() {
                         self.light.note_edit(self.edits.program(), &layout);
                     }
                     self.scene = scene.snapshot();
@@ -100,13 +98,19 @@ impl World {
                 Ok(UpdateResult::Rebuild(why)) => reason = why,
             }
         }
+        self.build_again(scene, reason, start).await
+    }
+
+    /// Builds the world again after an edit that it cannot follow in place.
+    async fn build_again(
+        &mut self,
+        scene: &Scene,
+        mut reason: RebuildReason,
+        start: Instant,
+    ) -> Result<EditReport, BuildError> {
         let program = Program::lower(scene)?;
-        match &mut self.gpu {
-            Some(gpu) if !gpu.is_specialized() => gpu.update(&program)?,
-            Some(gpu) => *gpu = GpuProgram::new(gpu.gpu().clone(), &program, true)?,
-            None => {}
-        }
-        let voxel_grid = match self.storage.voxel_grid() {
+        self.device.set_program(&program)?;
+        let voxel_grid = match self.device.voxel_grid() {
             Some(old) => {
                 let new = updated_grid(&old, scene, &program)?;
                 if new != old && reason == RebuildReason::NotEditable {
@@ -116,9 +120,15 @@ impl World {
             }
             None => None,
         };
-        let site = self.site(scene, &program);
-        let (kept, times) = self.representation.build(&site, voxel_grid).await?;
-        (self.storage, self.build_timings) = (kept, times);
+        let site = BuildContext {
+            engine: &self.engine,
+            scene,
+            program: &program,
+        };
+        let built = self
+            .representation
+            .build(&mut self.device, &site, voxel_grid);
+        self.build_timings = built.await?;
         self.light.forget();
         self.view_bounds = view_bounds_of(scene, &program);
         self.scene = scene.snapshot();
@@ -146,11 +156,11 @@ impl World {
     /// # Errors
     /// If the result exceeds the memory budget, or the device fails.
     pub async fn flush_async(&mut self) -> Result<EditStats, BuildError> {
-        let Some(kept) = EditableVolume::of(&mut self.storage, self.gpu.as_mut()) else {
+        if !self.device.is_editable() {
             return Ok(self.edits.take_stats());
-        };
+        }
         let machine = (&self.engine, self.representation.memory_budget());
-        let edit = self.edits.flush(kept, machine).await?;
+        let edit = self.edits.flush(&mut self.device, machine).await?;
         let boxes = self.edits.take_finished_boxes();
         self.observers.notify(&boxes);
         Ok(edit)
@@ -161,10 +171,7 @@ impl World {
     /// # Errors
     /// If the device fails.
     pub async fn shrink_to_fit_async(&mut self) -> Result<(), BuildError> {
-        if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
-            volume.shrink_to_fit(field).await?;
-        }
-        Ok(())
+        self.device.shrink_to_fit().await
     }
 
     /// Calls `listener` whenever edits are finished, with boxes outside which no distance near a surface changed.
@@ -195,28 +202,21 @@ impl World {
         };
         let program = Program::lower(&self.scene)?;
         // The world's own program has its tables in another order after edits.
-        let field = match &self.gpu {
-            Some(own) => Some(GpuProgram::new(own.gpu().clone(), &program, false)?),
-            None => None,
-        };
-        let field = field.as_ref();
+        let mut device = AnyDevice::new(&self.engine, &program)?;
         // It has the same box, if that contains the scene.
-        let voxel_grid = match self.storage.voxel_grid() {
+        let voxel_grid = match self.device.voxel_grid() {
             Some(voxel_grid) => Some(updated_grid(&voxel_grid, &self.scene, &program)?),
             None => None,
         };
         let site = BuildContext {
-            field,
-            ..self.site(&self.scene, &program)
+            engine: &self.engine,
+            scene: &self.scene,
+            program: &program,
         };
-        let (fresh, _) = self.representation.build(&site, voxel_grid).await?;
-        let fresh = match (fresh, field) {
-            (Storage::Cpu(volume), _) => volume,
-            (Storage::Gpu(volume), Some(field)) => volume.download(field.gpu()).await?,
-            _ => return Ok(None),
-        };
-        Ok(match &fresh {
-            Volume::Bricks(fresh) => Some(bricks.differing_cells(fresh)),
+        let built = self.representation.build(&mut device, &site, voxel_grid);
+        built.await?;
+        Ok(match device.volume().await?.as_deref() {
+            Some(Volume::Bricks(fresh)) => Some(bricks.differing_cells(fresh)),
             _ => None,
         })
     }

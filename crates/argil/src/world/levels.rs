@@ -1,11 +1,11 @@
 //! Levels of detail: bakes the pages that images need.
 
 use super::World;
+use crate::device::Device;
 use crate::program_cache::ProgramCache;
-use crate::representation::Storage;
 use crate::{RenderError, Representation};
 use argil_render::{Camera, RenderMode, RenderSettings};
-use argil_volume::{FillStats, Levels, TileSource, Volume};
+use argil_volume::{FillStats, Levels, TileSource};
 use std::sync::Arc;
 use web_time::{Duration, Instant};
 
@@ -19,31 +19,16 @@ const PREFETCH: u32 = 8;
 impl World {
     /// Returns the levels of detail, or `None` for another representation.
     pub fn levels(&self) -> Option<&Levels> {
-        match &self.storage {
-            Storage::Cpu(Volume::Levels(levels)) => Some(levels),
-            Storage::Gpu(volume) => volume.levels(),
-            _ => None,
-        }
-    }
-
-    fn levels_mut(&mut self) -> Option<&mut Levels> {
-        match &mut self.storage {
-            Storage::Cpu(Volume::Levels(levels)) => Some(levels),
-            Storage::Gpu(volume) => volume.levels_mut(),
-            _ => None,
-        }
+        self.device.levels()
     }
 
     /// Takes pages of levels of detail from a store from now on, as far as edits did not change them. Without
     /// `bakes_missing`, rays see what is coarser where the store lacks a tile. Returns false for another representation.
     pub fn set_tile_source(&mut self, source: Arc<dyn TileSource>, bakes_missing: bool) -> bool {
         let program = &ProgramCache::of(&self.program, &self.edits).program;
-        let levels = match &mut self.storage {
-            Storage::Cpu(Volume::Levels(levels)) => Some(levels),
-            Storage::Gpu(volume) => volume.levels_mut(),
-            _ => None,
+        let Some(levels) = self.device.levels_mut() else {
+            return false;
         };
-        let Some(levels) = levels else { return false };
         levels.set_source(source, program, bakes_missing);
         true
     }
@@ -70,19 +55,13 @@ impl World {
         let until = max_ms
             .is_finite()
             .then(|| Instant::now() + Duration::from_secs_f64(seconds));
-        let program = &ProgramCache::of(&self.program, &self.edits).program;
-        let done = match &mut self.storage {
-            Storage::Cpu(Volume::Levels(levels)) => levels.fill(program, until),
-            Storage::Gpu(volume) => match volume.levels_mut() {
-                Some(levels) => levels.fill(program, until),
-                None => FillStats::default(),
-            },
-            _ => FillStats::default(),
+        let Some(levels) = self.device.levels_mut() else {
+            return Ok(FillStats::default());
         };
-        if let (Storage::Gpu(volume), Some(field)) = (&mut self.storage, &self.gpu) {
-            volume.follow_levels(field.gpu())?;
-        }
-        Ok(done)
+        let program = &ProgramCache::of(&self.program, &self.edits).program;
+        let filled = levels.fill(program, until);
+        self.device.follow_levels()?;
+        Ok(filled)
     }
 
     /// Bakes the bricks that a view is missing, as a future: see [`World::refine`].
@@ -161,7 +140,7 @@ impl World {
 
     /// Changes the size of a voxel that a ray accepts. Returns the size before.
     fn set_pixel_error(&mut self, change: impl FnOnce(f32) -> f32) -> f32 {
-        let Some(levels) = self.levels_mut() else {
+        let Some(levels) = self.device.levels_mut() else {
             return 1.0;
         };
         let usual = levels.pixel_error();
