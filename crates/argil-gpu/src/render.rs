@@ -273,7 +273,12 @@ impl RenderPasses {
                 max_steps: key.max_steps.min(most_steps),
             };
             let whole = all.dispatches.len();
-            all.dispatches.push(dispatch(0, 0, 1));
+            let mut first = dispatch(0, 0, 1);
+            if is_for_host {
+                // A host draws what the last sample hit, by the values of the first dispatch.
+                first.sample = key.samples - 1;
+            }
+            all.dispatches.push(first);
             if self.way.draws {
                 all.steps.push(FrameStep::Draw(whole));
             }

@@ -3,9 +3,9 @@
 use crate::host_common::{CLEAR, Host, half, odd_view, point_at, representations, target};
 use argil::gpu::{HostTargets, wgpu};
 use argil::prelude::*;
-use argil::render::Projection;
+use argil::render::{Projection, frame_uniforms};
 use glam::camera::rh::{proj::directx, view::look_at_mat4};
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -67,6 +67,55 @@ fn depths_are_those_of_the_formula() -> Outcome {
             assert!(wrong * 50 < both, "{representation:?}: {wrong} of {both}");
         }
     }
+    Ok(())
+}
+
+/// With several samples, depths are those of the last sample's rays.
+#[test]
+fn depths_of_several_samples_are_of_one() -> Outcome {
+    let host = Host::new([90, 64])?;
+    let (_, engine) = host.engine()?;
+    let mut scene = Scene::new();
+    scene.push(Shape::sphere(0.8))?;
+    let world = engine.build(&scene)?.field();
+    let view = odd_view();
+    let settings = RenderSettings {
+        samples: 4,
+        ..world.render_settings(host.size, RenderMode::Normal)
+    };
+    let mut frame = world.host_frame(&Host::targets())?;
+    let mut encoder = host.device.create_command_encoder(&Default::default());
+    world.encode_frame(&mut frame, view.to_cols_array_2d(), &settings, &mut encoder)?;
+    host.pass(&frame, 0.0, &mut encoder);
+    host.queue.submit([encoder.finish()]);
+    let depths = host.depths()?;
+    let samples = frame_uniforms(
+        &settings,
+        &world.camera(),
+        world.program(),
+        None,
+        world.view_bounds(),
+    );
+    let off = samples.iter().map(|sample| {
+        let size = Vec2::from(host.size.map(|side| side as f32));
+        let shift = Vec2::new(0.5 - sample.jitter_x, sample.jitter_y - 0.5) * 2.0 / size;
+        let shifted = Mat4::from_translation(shift.extend(0.0)) * view;
+        let hits = depths
+            .iter()
+            .enumerate()
+            .filter(|(_, depth)| **depth != 0.0);
+        let off = hits.map(|(i, depth)| {
+            let point = point_at(shifted, host.size, i, f64::from(*depth));
+            (point.length() - 0.8).abs()
+        });
+        let (sum, count) = off.fold((0.0, 0), |(sum, count), off| (sum + off, count + 1));
+        assert!(count > 300, "{count}");
+        sum / f64::from(count)
+    });
+    let off: Vec<f64> = off.collect();
+    let (last, others) = off.split_last().ok_or("no sample")?;
+    assert!(*last < 1e-4, "{off:?}");
+    assert!(others.iter().all(|off| *off > 1e-3), "{off:?}");
     Ok(())
 }
 

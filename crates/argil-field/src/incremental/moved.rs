@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 /// With more boxes, one around all of them is kept.
 const MAX_BOXES: usize = 64;
-/// With more brushes in an update, none is followed.
+/// With more brushes in an update, what moved is not known.
 const MAX_BRUSHES: usize = 1024;
 /// With more instructions near what moved, nothing is followed: each pixel there runs all of them.
 const MAX_INSTRUCTIONS: usize = 4096;
@@ -67,10 +67,10 @@ impl BrushMotion {
 impl IncrementalProgram {
     /// Returns the brushes of each piece that the last update moved, turned or scaled, or in which it did so to one thing. A piece
     /// that only changed its form is none of them, and neither is one in which something moved inside of a modifier, such as a
-    /// repetition. Returns none if they are more than 1,024.
-    pub fn moved(&self) -> Vec<MovedBrush> {
+    /// repetition. Returns `None` if they are more than 1,024.
+    pub fn moved(&self) -> Option<Vec<MovedBrush>> {
         let Some(touched) = &self.update.touched else {
-            return Vec::new();
+            return Some(Vec::new());
         };
         let mut all = Vec::new();
         for (before, &piece) in touched.before.iter().zip(&touched.nodes) {
@@ -111,10 +111,10 @@ impl IncrementalProgram {
                 all.extend(moves);
             }
             if all.len() > MAX_BRUSHES {
-                return Vec::new();
+                return None;
             }
         }
-        all
+        Some(all)
     }
 
     /// Returns brushes that updates moved, one update after another, with what is near them now. Returns `None` if nothing of them
