@@ -1,6 +1,6 @@
 //! Counts what a device is asked to do.
 
-use crate::{Gpu, GpuCounters, GpuError};
+use crate::GpuCounters;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A number that many threads count up.
@@ -28,36 +28,15 @@ pub(crate) struct Counters {
     pub bytes_read: Counter,
 }
 
-impl Gpu {
-    /// Returns what the device has been asked to do since it was opened.
-    pub fn counters(&self) -> GpuCounters {
-        let own = &self.counters;
+impl Counters {
+    /// Returns the numbers.
+    pub(crate) fn read(&self) -> GpuCounters {
         GpuCounters {
-            submissions: own.submissions.get(),
-            waits: own.waits.get(),
-            buffers: own.buffers.get(),
-            pipelines: own.pipelines.get(),
-            bytes_read: own.bytes_read.get(),
+            submissions: self.submissions.get(),
+            waits: self.waits.get(),
+            buffers: self.buffers.get(),
+            pipelines: self.pipelines.get(),
+            bytes_read: self.bytes_read.get(),
         }
-    }
-
-    /// Submits an encoder's commands.
-    pub(crate) fn submit(&self, encoder: wgpu::CommandEncoder) {
-        self.counters.submissions.add(1);
-        self.queue.submit([encoder.finish()]);
-    }
-
-    /// Submits what was written to buffers and textures.
-    pub(crate) fn flush(&self) -> Result<(), GpuError> {
-        self.counters.submissions.add(1);
-        self.with_error_scope(|| {
-            self.queue.submit([]);
-        })
-    }
-
-    /// Creates a buffer.
-    pub(crate) fn create_buffer(&self, descriptor: &wgpu::BufferDescriptor<'_>) -> wgpu::Buffer {
-        self.counters.buffers.add(1);
-        self.device.create_buffer(descriptor)
     }
 }

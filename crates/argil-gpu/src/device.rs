@@ -1,7 +1,8 @@
 use crate::counters::Counters;
 use crate::pipeline_cache::PipelineCache;
 use crate::staging::KeptStaging;
-use crate::{DeviceInfo, DeviceKind, GpuError};
+use crate::{DeviceInfo, DeviceKind, GpuCounters, GpuError};
+use std::path::Path;
 
 /// After this time, a device that has not finished its work is lost. No single dispatch takes nearly as long, on software devices either.
 const POLL_TIMEOUT: std::time::Duration = std::time::Duration::from_secs(600);
@@ -248,5 +249,55 @@ impl Gpu {
     /// Takes the errors since the last call.
     pub(crate) fn fault(&self) -> Option<GpuError> {
         self.faults.lock().ok()?.take()
+    }
+
+    /// Returns what the device has been asked to do since it was opened.
+    pub fn counters(&self) -> GpuCounters {
+        self.counters.read()
+    }
+
+    /// Submits an encoder's commands.
+    pub(crate) fn submit(&self, encoder: wgpu::CommandEncoder) {
+        self.counters.submissions.add(1);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Submits what was written to buffers and textures.
+    pub(crate) fn flush(&self) -> Result<(), GpuError> {
+        self.counters.submissions.add(1);
+        self.with_error_scope(|| {
+            self.queue.submit([]);
+        })
+    }
+
+    /// Creates a buffer.
+    pub(crate) fn create_buffer(&self, descriptor: &wgpu::BufferDescriptor<'_>) -> wgpu::Buffer {
+        self.counters.buffers.add(1);
+        self.device.create_buffer(descriptor)
+    }
+
+    /// Keeps compiled pipelines in a folder, so that the next process does not compile them again. Where the device
+    /// cannot return them, the driver may still have a cache of its own. A damaged file is replaced.
+    #[must_use]
+    pub fn with_pipeline_cache(mut self, folder: &Path) -> Self {
+        self.pipeline_cache = PipelineCache::open(&self.device, &self.adapter_info, folder);
+        self
+    }
+
+    /// Returns the cache for the descriptor of a pipeline.
+    pub(crate) fn pipeline_cache(&self) -> Option<&wgpu::PipelineCache> {
+        self.pipeline_cache.as_ref().map(PipelineCache::get)
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        if let Some(cache) = self
+            .pipeline_cache
+            .as_ref()
+            .filter(|_| self.counters().pipelines > 0)
+        {
+            cache.save();
+        }
     }
 }

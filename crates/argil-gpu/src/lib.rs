@@ -30,6 +30,7 @@ mod pipeline_cache;
 mod program;
 mod query;
 mod raster;
+mod read_back;
 mod recording;
 mod render;
 mod resolve;

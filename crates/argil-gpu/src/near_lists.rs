@@ -7,9 +7,10 @@ use crate::resources::uniform_of;
 use crate::storage_buffer::StorageBuffer;
 use crate::submission::Submission;
 use crate::trace_mode::BoundResource;
-use crate::{Gpu, GpuError, GpuProgram, HostEncoder};
+use crate::{Gpu, GpuError, HostEncoder};
 use argil_abi::{COUNTER_LISTS, NearUniform};
 use argil_field::Program;
+use std::sync::Arc;
 
 /// Shorter programs are evaluated whole.
 const SHORT: usize = 8;
@@ -54,6 +55,12 @@ pub(crate) fn field_tables(by_lists: bool) -> (Vec<Bind>, String) {
         wgsl += READ_WGSL;
     }
     (binds, wgsl)
+}
+
+/// What makes the lists of a program: passes, and what is bound of the program.
+pub(crate) struct NearPasses<'a> {
+    pub passes: Arc<Passes>,
+    pub tables: Vec<wgpu::BindGroupEntry<'a>>,
 }
 
 /// The lists of a program.
@@ -110,21 +117,21 @@ impl NearLists {
 
     /// Makes the lists, unless they are made, in the encoder of a host if there is one. Returns what is bound of them, or `None` if
     /// the program is evaluated whole.
-    pub(crate) fn bound(
+    pub(crate) fn bound<'a>(
         &mut self,
-        field: &GpuProgram,
+        gpu: &Gpu,
+        made_by: impl FnOnce() -> Result<NearPasses<'a>, GpuError>,
         host: Option<&mut HostEncoder>,
     ) -> Result<Option<Vec<BoundResource>>, GpuError> {
         let Some((mut grid, length)) = self.grid else {
             return Ok(None);
         };
-        let gpu = field.gpu();
         // What is submitted here may come before what a host still has to submit.
         let comes_after = |own: &Submission| own.is_done() || host.is_some() && !own.is_dropped();
         if !self.made.as_ref().is_some_and(comes_after) {
             self.reserve(gpu, &mut grid, length as u64)?;
             let mut recorder = PassRecorder::untimed(gpu, host);
-            self.make(field, &grid, length as u64, recorder.encoder())?;
+            self.make(gpu, made_by()?, &grid, length as u64, recorder.encoder())?;
             recorder.submit()?;
             self.made = Some(recorder.submission());
         }
@@ -160,15 +167,12 @@ impl NearLists {
     /// Encodes the passes that make the lists.
     fn make(
         &self,
-        field: &GpuProgram,
+        gpu: &Gpu,
+        NearPasses { passes, tables }: NearPasses<'_>,
         grid: &NearUniform,
         length: u64,
         encoder: &mut HostEncoder,
     ) -> Result<(), GpuError> {
-        let gpu = field.gpu();
-        let passes = field.passes("lists of parts", || {
-            Passes::new(gpu, near_lists_module(&field.near_lists_wgsl()))
-        })?;
         let blocks = blocks_of(grid);
         let mut stages = Vec::new();
         for (name, groups) in [
@@ -179,7 +183,7 @@ impl NearLists {
             stages.push((passes.get(gpu, name)?, groups as u32));
         }
         gpu.with_error_scope(|| {
-            let mut entries: Vec<_> = field.table_bindings().collect();
+            let mut entries = tables;
             entries.extend(self.lists.binding(LISTS));
             entries.extend(self.counters.binding(COUNTERS));
             entries.extend(

@@ -1,6 +1,5 @@
 //! Keeps compiled pipelines in a file from process to process, where the device can.
 
-use crate::Gpu;
 use std::path::{Path, PathBuf};
 
 /// The pipelines of a device, and the file that they come from.
@@ -37,16 +36,15 @@ fn write(path: &Path, checksum: u32, data: &[u8]) -> std::io::Result<()> {
     replaced
 }
 
-impl Gpu {
-    /// Keeps compiled pipelines in a folder, so that the next process does not compile them again. Where the device
-    /// cannot return them, the driver may still have a cache of its own. A damaged file is replaced.
-    #[must_use]
-    pub fn with_pipeline_cache(mut self, folder: &Path) -> Self {
-        let features = self.device.features();
-        let key = wgpu::util::pipeline_cache_key(&self.adapter_info);
-        let (true, Some(key)) = (features.contains(wgpu::Features::PIPELINE_CACHE), key) else {
-            return self;
-        };
+impl PipelineCache {
+    /// Opens the cache of a device in a folder. Returns `None` where the device cannot return pipelines. A damaged file is replaced.
+    pub(crate) fn open(
+        device: &wgpu::Device,
+        adapter: &wgpu::AdapterInfo,
+        folder: &Path,
+    ) -> Option<Self> {
+        let has_cache = device.features().contains(wgpu::Features::PIPELINE_CACHE);
+        let key = wgpu::util::pipeline_cache_key(adapter).filter(|_| has_cache)?;
         let path = folder.join(key);
         let stored = read(&path);
         let descriptor = wgpu::PipelineCacheDescriptor {
@@ -56,34 +54,26 @@ impl Gpu {
         };
         // SAFETY: the data comes from a pipeline cache of a device with this key, and its checksum holds. The driver
         // checks that it belongs to its version.
-        let cache = unsafe { self.device.create_pipeline_cache(&descriptor) };
-        self.pipeline_cache = Some(PipelineCache {
+        let cache = unsafe { device.create_pipeline_cache(&descriptor) };
+        Some(Self {
             cache,
             path,
             saved: stored.map(|(checksum, _)| checksum),
-        });
-        self
+        })
     }
 
     /// Returns the cache for the descriptor of a pipeline.
-    pub(crate) fn pipeline_cache(&self) -> Option<&wgpu::PipelineCache> {
-        self.pipeline_cache.as_ref().map(|own| &own.cache)
+    pub(crate) fn get(&self) -> &wgpu::PipelineCache {
+        &self.cache
     }
-}
 
-impl Drop for Gpu {
-    fn drop(&mut self) {
-        let Some(own) = &self.pipeline_cache else {
-            return;
-        };
-        if self.counters().pipelines == 0 {
-            return;
-        }
-        if let Some(data) = own.cache.get_data() {
+    /// Writes the file, if it holds something else.
+    pub(crate) fn save(&self) {
+        if let Some(data) = self.cache.get_data() {
             let checksum = crc32fast::hash(&data);
-            if own.saved != Some(checksum) {
+            if self.saved != Some(checksum) {
                 // The next process compiles again what cannot be written.
-                let _ = write(&own.path, checksum, &data);
+                let _ = write(&self.path, checksum, &data);
             }
         }
     }
@@ -92,6 +82,7 @@ impl Drop for Gpu {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Gpu;
 
     #[test]
     fn damaged_files_are_not_read() {

@@ -1,4 +1,5 @@
 mod budget;
+mod near;
 
 use crate::bindings::{INSTRS, LISTS, MATERIALS, PARAMS};
 use crate::cache::{Cache, PassKey};
@@ -6,7 +7,7 @@ use crate::near_lists::NearLists;
 use crate::storage_buffer::StorageBuffer;
 use crate::tile_source::TileSource;
 use crate::trace_mode::BoundResource;
-use crate::{DeviceKind, Gpu, GpuError, HostEncoder};
+use crate::{DeviceKind, Gpu, GpuError};
 use argil_abi::{GPU_STACK_SLOTS, Instruction};
 use argil_field::{IncrementalProgram, Interpreter, Program};
 use std::any::Any;
@@ -258,25 +259,6 @@ impl GpuProgram {
     /// Returns the WGSL that finds how far points moved.
     pub(crate) fn motion_wgsl(&self) -> String {
         self.interpreter.motion_wgsl()
-    }
-
-    /// Returns the WGSL that makes these lists.
-    pub(crate) fn near_lists_wgsl(&self) -> String {
-        self.interpreter.near_lists_wgsl()
-    }
-
-    /// Returns what is bound of the program's lists for some evaluations, or `None` if they evaluate the program whole. A host's encoder
-    /// gets what makes the lists.
-    pub(crate) fn near_for(
-        &self,
-        evaluations: u64,
-        host: Option<&mut HostEncoder>,
-    ) -> Result<Option<Vec<BoundResource>>, GpuError> {
-        let mut near = self.near.lock().unwrap_or_else(PoisonError::into_inner);
-        match near.pays_for(&self.gpu, evaluations) {
-            true => near.bound(self, host),
-            false => Ok(None),
-        }
     }
 
     /// Returns the WGSL that evaluates three points of a column at once, if any shape of the program is common.

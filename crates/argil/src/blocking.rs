@@ -2,7 +2,8 @@
 //! page has no such methods, because its only thread must not wait.
 
 use crate::mesh_error::MeshError;
-use crate::meshing::{MeshOptions, MeshOutput};
+use crate::mesh_options::MeshOptions;
+use crate::meshing::MeshOutput;
 use crate::{
     Backend, BricksOptions, Build, BuildError, DenseOptions, Engine, EngineError, OctreeOptions,
     RenderError, RenderedImage, Representation, StillError, VolumeFileError, World,

@@ -4,6 +4,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod blocking;
 mod build;
+mod build_context;
 mod cache_folder;
 mod cast;
 mod device;
@@ -30,6 +31,7 @@ mod mesh_cache;
 mod mesh_error;
 mod mesh_facts;
 mod mesh_file_error;
+mod mesh_options;
 mod meshing;
 #[cfg(feature = "gpu")]
 mod moves;
@@ -41,6 +43,7 @@ mod query;
 mod rendering;
 mod representation;
 mod still;
+mod still_error;
 mod vertex_error;
 #[cfg(feature = "volume-files")]
 mod volume_import;
@@ -83,7 +86,8 @@ pub use mesh_assets::{
 };
 pub use mesh_error::MeshError;
 pub use mesh_file_error::MeshFileError;
-pub use meshing::{MeshOptions, MeshOutput, save_mesh};
+pub use mesh_options::MeshOptions;
+pub use meshing::{MeshOutput, save_mesh};
 pub use observers::SubscriptionId;
 pub use query::{BoxPosition, ClosestPoint, MAX_BOXES, Query};
 pub use rendering::Orbit;
@@ -91,7 +95,7 @@ pub use representation::{
     BricksOptions, BuildTimings, DenseOptions, LevelsOptions, MeshCounts, MeshRenderOptions,
     OctreeOptions, Representation,
 };
-pub use still::StillError;
+pub use still_error::StillError;
 pub use vertex_error::VertexError;
 #[cfg(feature = "volume-files")]
 pub use volume_import::{

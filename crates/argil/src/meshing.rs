@@ -1,9 +1,11 @@
 //! Extracts triangle meshes from worlds.
 
+use crate::build_context::BuildContext;
 use crate::device::Device;
 use crate::field_mesh::{MeshMethod, Stages, field_mesh, layout_of};
 use crate::mesh_error::MeshError;
-use crate::representation::{BuildContext, clip_box};
+use crate::mesh_options::MeshOptions;
+use crate::representation::clip_box;
 use crate::vertex_error::VertexError;
 use crate::{BuildError, World};
 use argil_math::Aabb;
@@ -17,56 +19,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::path::Path;
 use web_time::Instant;
-
-/// Options of [`World::mesh`].
-///
-/// ```
-/// use argil::MeshOptions;
-/// let options = MeshOptions { max_triangles: Some(10_000), ..MeshOptions::default() };
-/// assert_eq!(options.resolution, 256);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshOptions {
-    /// The algorithm that extracts triangles.
-    pub method: MeshMethod,
-    /// Voxels along the longest side, unless the world has a volume of its own.
-    pub resolution: u32,
-    /// Edge of a voxel in the scene's unit, instead of `resolution`. Marching cubes keeps details of about one voxel,
-    /// and dual contouring, which also keeps sharp edges, of about two. For a 3D print, half of the nozzle's width
-    /// is a good start.
-    pub voxel_size: Option<f32>,
-    /// Distance at which to extract the surface, in the scene's unit. Above 0 it lies outside the solid. Where the field is only a
-    /// lower bound of the distance, the surface is meshed first, and offset by the distance to its triangles.
-    pub iso: f32,
-    /// The source of normals.
-    pub normals: MeshNormals,
-    /// Maximum number of triangles. `None` keeps all. Simplified meshes stay closed and manifold. They can have more
-    /// triangles if fewer would open the surface.
-    pub max_triangles: Option<usize>,
-    /// Whether vertices get materials.
-    pub materials: bool,
-    /// Whether each triangle gets its own three vertices.
-    pub unindexed: bool,
-    /// Whether the mesh is counted and checked, which takes a third of the time. Without it, [`MeshOutput::report`] and
-    /// [`MeshOutput::surface_error`] are zero.
-    pub checks: bool,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        Self {
-            method: MeshMethod::default(),
-            resolution: 256,
-            voxel_size: None,
-            iso: 0.0,
-            normals: MeshNormals::default(),
-            max_triangles: None,
-            materials: true,
-            unindexed: false,
-            checks: true,
-        }
-    }
-}
 
 /// A mesh, with a report.
 #[derive(Clone, Debug)]

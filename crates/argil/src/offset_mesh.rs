@@ -7,7 +7,7 @@
 use crate::World;
 use crate::field_mesh::{MeshMethod, Stages};
 use crate::mesh_error::MeshError;
-use crate::meshing::MeshOptions;
+use crate::mesh_options::MeshOptions;
 use crate::representation::clip_box;
 use argil_field::Grid;
 use argil_math::Control;

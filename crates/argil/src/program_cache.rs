@@ -17,20 +17,6 @@ pub(crate) struct ProgramCache {
     tree: OnceLock<Option<ProgramTree>>,
 }
 
-/// The program of a world. While edits apply in place, it is put together when it is first needed.
-#[derive(Clone, Copy)]
-pub(crate) struct LazyProgram<'a> {
-    pub cell: &'a OnceLock<ProgramCache>,
-    pub edits: &'a EditSession,
-}
-
-impl<'a> LazyProgram<'a> {
-    /// Returns the program.
-    pub(crate) fn get(self) -> &'a Program {
-        &ProgramCache::of(self.cell, self.edits).program
-    }
-}
-
 impl From<Program> for ProgramCache {
     fn from(program: Program) -> Self {
         Self {

@@ -1,6 +1,6 @@
 //! Renders images of worlds.
 
-use crate::device::{Device, RenderRequest};
+use crate::device::{Device, LazyProgram, RenderRequest};
 use crate::limits::{MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE};
 use crate::{RenderError, RenderedImage, Representation, World};
 use argil_abi::{FrameUniform, HIT_INSIDE, HIT_OUTSIDE, Hit};
@@ -102,7 +102,8 @@ impl World {
     ) -> Result<crate::RenderReport, RenderError> {
         let frames = self.frames(camera, settings)?;
         let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
-        let request = self.render_request(settings, &frames, false);
+        let program = || self.program();
+        let request = self.render_request(settings, &frames, &program);
         let output = argil_gpu::ImageOutput::Textures(textures);
         let (picture, duration_ms) = device.render_to(&request, output).await?;
         Ok(crate::RenderReport {
@@ -176,16 +177,16 @@ impl World {
         &'a self,
         settings: &'a RenderSettings,
         frames: &'a [FrameUniform],
-        with_hits: bool,
+        program: LazyProgram<'a>,
     ) -> RenderRequest<'a> {
         let start = Instant::now();
         RenderRequest {
-            program: self.lazy_program(),
+            program,
             #[cfg(feature = "gpu")]
             settings,
             frames,
             light: self.light_for(settings.mode),
-            with_hits,
+            with_hits: false,
             control: &self.engine.control,
             start,
         }
@@ -198,7 +199,11 @@ impl World {
         with_hits: bool,
     ) -> Result<(RenderOutput, f64), RenderError> {
         let frames = self.frames(camera, settings)?;
-        let request = self.render_request(settings, &frames, with_hits);
+        let program = || self.program();
+        let request = RenderRequest {
+            with_hits,
+            ..self.render_request(settings, &frames, &program)
+        };
         self.device.render(request).await
     }
 }

@@ -10,6 +10,7 @@ mod options;
 mod voxel_grid;
 
 use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device};
 use argil_render::RenderMode;
 use argil_volume::{Volume, VoxelGrid};
@@ -20,7 +21,6 @@ pub use levels::LevelsOptions;
 pub use mesh::MeshRenderOptions;
 pub use mesh_counts::MeshCounts;
 pub use octree::OctreeOptions;
-pub(crate) use options::BuildContext;
 pub use options::BuildTimings;
 use options::RepresentationOptions;
 pub(crate) use voxel_grid::{clip_box, has_outgrown, updated_grid, view_bounds_of};

@@ -3,10 +3,11 @@
 use crate::device::{Device, PathRequest};
 use crate::probe::Probe;
 use crate::query::Query;
+use crate::still_error::StillError;
 use crate::{MeshFileError, RenderError, World};
 use argil_render::{
-    Camera, EnvironmentNotLoaded, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView,
-    RenderSettings, Still, StillOptions, ViewLight, frame_uniforms,
+    Camera, PathHit, PathLens, PathLights, PathMaterial, PathScene, PathView, RenderSettings,
+    Still, StillOptions, ViewLight, frame_uniforms,
 };
 use glam::Vec3;
 use std::path::Path;
@@ -14,29 +15,6 @@ use std::path::Path;
 /// The most paths of a pixel, and surfaces of a path.
 const MOST_SAMPLES: u32 = 1 << 20;
 const MOST_BOUNCES: u32 = 1024;
-
-/// The reason why a still cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum StillError {
-    /// A setting is out of range.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// The representation has nothing that paths pass through.
-    #[error(
-        "paths pass through the field, bricks and dense volumes, and not through {0}: choose one of these"
-    )]
-    Representation(&'static str),
-    /// A still that is to be refined has another size than the settings.
-    #[error("the still has another size than the settings")]
-    Size,
-    /// The image of the environment is not loaded.
-    #[error(transparent)]
-    Environment(#[from] EnvironmentNotLoaded),
-    /// The device cannot trace the paths.
-    #[cfg(feature = "gpu")]
-    #[error(transparent)]
-    Gpu(#[from] argil_gpu::GpuError),
-}
 
 impl World {
     /// Makes a still, as a future: see [`World::still`].
@@ -101,8 +79,16 @@ impl World {
             fog: view.fog.filter(|fog| fog.density > 0.0),
             lens,
         };
+        let query = self.query_volume().unwrap_or_else(|| self.query());
+        let epsilon = match &grid {
+            Some(grid) => Query::epsilon_of_voxel(grid.voxel_size),
+            None => query.epsilon,
+        };
         let request = PathRequest {
-            query: self.query_volume().unwrap_or_else(|| self.query()),
+            scene: &query,
+            program: self.program(),
+            epsilon,
+            lift: ray_lift(epsilon),
             frame: &frames[0],
             view: &view,
             options,
@@ -145,7 +131,7 @@ fn check(options: &StillOptions) -> Result<(), RenderError> {
 }
 
 /// Returns how far above a surface rays begin that leave it.
-pub(crate) fn ray_lift(epsilon: f32) -> f32 {
+fn ray_lift(epsilon: f32) -> f32 {
     4.0 * epsilon
 }
 

@@ -2,12 +2,13 @@ mod edits;
 mod levels;
 
 use crate::MeshCounts;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, CpuDevice, Device};
 use crate::edit_session::EditSession;
 use crate::light::Light;
 use crate::observers::Observers;
-use crate::program_cache::{LazyProgram, ProgramCache};
-use crate::representation::{BuildContext, view_bounds_of};
+use crate::program_cache::ProgramCache;
+use crate::representation::view_bounds_of;
 use crate::{BuildError, BuildTimings, Engine, GridError, Representation};
 use argil_field::{Grid, IncrementalProgram, OperandIndex, Program, ProgramTree};
 use argil_math::{Aabb, Control, Interval};
@@ -196,14 +197,6 @@ impl World {
     /// Returns the program, with what queries derive from it.
     fn lowered(&self) -> &ProgramCache {
         ProgramCache::of(&self.program, &self.edits)
-    }
-
-    /// Returns the program, for work that may not need it.
-    pub(crate) fn lazy_program(&self) -> LazyProgram<'_> {
-        LazyProgram {
-            cell: &self.program,
-            edits: &self.edits,
-        }
     }
 
     /// Returns the incremental program, if edits have been applied.

@@ -1,9 +1,9 @@
 //! Worlds on the CPU.
 
-use super::{Device, EditWork, PathRequest, RenderRequest, StageTimings};
+use super::interface::{Device, EditWork, PathRequest, RenderRequest, StageTimings};
+use crate::build_context::BuildContext;
 use crate::field_mesh::Stages;
-use crate::representation::BuildContext;
-use crate::still::StillError;
+use crate::still_error::StillError;
 use crate::{BuildError, MeshCounts, MeshError, MeshOptions, RenderError};
 use argil_field::{IncrementalProgram, Program};
 use argil_mesh::marching::surface::Surface;
@@ -200,7 +200,7 @@ impl Device for CpuDevice {
     }
 
     async fn render(&self, request: RenderRequest<'_>) -> Result<(RenderOutput, f64), RenderError> {
-        let program = request.program.get();
+        let program = (request.program)();
         let picture = self.with_source(request.light.as_deref(), |source| {
             let (frames, control) = (request.frames, request.control);
             render_with_control(program, source, frames, request.with_hits, control)
@@ -214,14 +214,8 @@ impl Device for CpuDevice {
         request: PathRequest<'_>,
         still: &mut Still,
     ) -> Result<(), StillError> {
-        let PathRequest {
-            query,
-            frame,
-            view,
-            options,
-            control,
-        } = request;
-        continue_paths(&query, view, frame, options, control, still);
+        let (scene, view, frame) = (request.scene, request.view, request.frame);
+        continue_paths(scene, view, frame, request.options, request.control, still);
         Ok(())
     }
 

@@ -1,12 +1,11 @@
 //! Worlds on a GPU.
 
 use super::cpu::triangles;
-use super::{Device, EditWork, PathRequest, RenderRequest, StageTimings};
+use super::interface::{Device, EditWork, PathRequest, RenderRequest, StageTimings};
+use crate::build_context::BuildContext;
 use crate::field_mesh::{Stages, layout_of};
 use crate::memory::{budget_on, without_budget};
-use crate::query::Query;
-use crate::representation::BuildContext;
-use crate::still::{StillError, ray_lift};
+use crate::still_error::StillError;
 use crate::{BuildError, MeshCounts, MeshError, MeshOptions, RenderError};
 use argil_field::{IncrementalProgram, Program};
 use argil_gpu::{Gpu, GpuError, GpuMesh, GpuProgram, GpuVolume};
@@ -97,7 +96,7 @@ impl GpuDevice {
     ) -> Result<(RenderOutput, f64), RenderError> {
         let (program, frames) = (&self.program, request.frames);
         let light = request.light.as_ref();
-        self.prepare(request.settings, || request.program.get(), light)?;
+        self.prepare(request.settings, request.program, light)?;
         Ok(match &self.storage {
             GpuStorage::Field => program.render(frames, output).await?,
             GpuStorage::Volume(volume) => volume.render(program, frames, output).await?,
@@ -282,13 +281,13 @@ impl Device for GpuDevice {
         request: PathRequest<'_>,
         still: &mut Still,
     ) -> Result<(), StillError> {
-        let program = request.query.world.program();
+        let program = request.program;
         self.program.upload_instructions(|| program);
         let mut tables = PathTables::new(request.view, request.options);
         let voxel = self.voxel_grid().map(|grid| grid.voxel_size);
         let uniform = &mut tables.uniform;
-        uniform.epsilon = voxel.map_or(request.query.epsilon, Query::epsilon_of_voxel);
-        uniform.lift = ray_lift(uniform.epsilon);
+        uniform.epsilon = request.epsilon;
+        uniform.lift = request.lift;
         uniform.least_step = 0.5 * voxel.unwrap_or(0.0);
         uniform.normal_step = voxel.map_or(16.0 * uniform.epsilon, |voxel| 0.5 * voxel);
         uniform.is_stored = u32::from(!program.has_glass() && !program.has_textures());

@@ -1,7 +1,8 @@
 //! Options of sparse bricks.
 
-use super::options::{BuildContext, RepresentationOptions, checked};
+use super::options::{RepresentationOptions, checked};
 use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::{budget_on, without_budget};
 use argil_render::RenderMode;

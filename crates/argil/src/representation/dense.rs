@@ -1,7 +1,8 @@
 //! Options of dense volumes.
 
-use super::options::{BuildContext, RepresentationOptions, checked};
+use super::options::{RepresentationOptions, checked};
 use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::check_memory;
 use argil_volume::{Dense, DenseFill, Encoding, Volume, VoxelGrid};

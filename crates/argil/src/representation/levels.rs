@@ -1,8 +1,9 @@
 //! Options of levels of detail.
 
-use super::options::{BuildContext, RepresentationOptions, checked};
+use super::options::{RepresentationOptions, checked};
 use super::voxel_grid::sampled_box;
 use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device, StageTimings};
 use crate::memory::{budget_on, without_budget};
 use argil_field::WORLD_LIMIT;

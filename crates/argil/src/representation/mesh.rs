@@ -1,7 +1,8 @@
 //! Options of meshes to render.
 
-use super::options::{BuildContext, RepresentationOptions};
+use super::options::RepresentationOptions;
 use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device, StageTimings};
 use crate::field_mesh::{MeshMethod, Stages, field_mesh};
 use argil_mesh::project_to_field;

@@ -1,19 +1,11 @@
 //! The trait that each representation's options implement, and the result of a build.
 
 use super::voxel_grid::voxel_grid_of;
+use crate::BuildError;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, StageTimings};
-use crate::{BuildError, Engine};
-use argil_field::Program;
 use argil_render::RenderMode;
-use argil_scene::Scene;
 use argil_volume::{Encoding, RESOLUTION_RANGE, Volume, VoxelGrid};
-
-/// What a representation is built from.
-pub(crate) struct BuildContext<'a> {
-    pub engine: &'a Engine,
-    pub scene: &'a Scene,
-    pub program: &'a Program,
-}
 
 /// Options of a representation: its name, and how a device builds it.
 pub(crate) trait RepresentationOptions: Copy + Default {

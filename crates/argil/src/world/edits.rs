@@ -1,11 +1,12 @@
 //! Updates a world after its scene's edits.
 
 use super::World;
+use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device};
 use crate::edit_session::{EditPace, EditSession, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
-use crate::representation::{BuildContext, updated_grid, view_bounds_of};
+use crate::representation::{updated_grid, view_bounds_of};
 use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
 use argil_math::Aabb;
