@@ -19,6 +19,7 @@ mod normals;
 mod octree_bricks;
 mod prune;
 mod render;
+mod surface_reach;
 mod tables;
 mod textures;
 mod uniform_branches;

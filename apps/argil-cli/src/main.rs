@@ -22,6 +22,7 @@ mod representation_parser;
 mod schema;
 mod still;
 mod still_args;
+mod still_plan;
 #[cfg(feature = "world")]
 mod stored;
 #[cfg(feature = "world")]

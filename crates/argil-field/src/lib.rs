@@ -52,6 +52,7 @@ mod scalar;
 mod shapes;
 mod spans;
 mod specialize;
+mod surface_reach;
 mod texture_patterns;
 mod textured_brush;
 mod textures;
@@ -75,6 +76,7 @@ pub use program::Program;
 pub use program_tree::ProgramTree;
 pub use prune::Pruner;
 pub use scalar::LANES;
+pub use surface_reach::SurfaceReach;
 
 /// The distance of an empty scene, and of points outside the world.
 pub const FAR: f32 = argil_abi::FAR;

@@ -166,16 +166,16 @@ impl Paths<'_> {
         let pixels = width * height;
         let bands = pixels.div_ceil(self.buffers.band);
         control.begin("paths", u64::from(options.samples) * u64::from(bands));
-        let first = still.samples();
         let mut done = 0;
-        while done < options.samples {
+        let is_late = |done: u32| {
+            let limit = options.time_limit.filter(|_| done > 0);
+            limit.is_some_and(|limit| start.elapsed() >= limit)
+        };
+        while done < options.samples && !is_late(done) {
             let count = match options.time_limit {
                 None => done.max(1),
                 Some(limit) => {
                     let spent = start.elapsed();
-                    if done > 0 && spent >= limit {
-                        break;
-                    }
                     let per_path = spent.as_secs_f64() / f64::from(done.max(1));
                     let left = (limit.saturating_sub(spent)).as_secs_f64() / per_path.max(1e-9);
                     done.min(left as u32).max(1)
@@ -185,10 +185,11 @@ impl Paths<'_> {
             for band in 0..bands {
                 uniform.first_pixel = band * self.buffers.band;
                 uniform.pixel_count = self.buffers.band.min(pixels - uniform.first_pixel);
-                uniform.first_sample = first + done;
+                // A band that was too late before has fewer paths.
+                uniform.first_sample = still.samples_at(uniform.first_pixel as usize);
                 uniform.sample_count = count;
                 self.band(&uniform, control, still).await?;
-                if control.is_cancelled() {
+                if control.is_cancelled() || is_late(done) {
                     return Ok(());
                 }
                 control.advance(u64::from(count));

@@ -70,7 +70,6 @@ pub fn continue_paths(
     let start = Instant::now();
     let size = [frame.width, frame.height];
     assert_eq!(still.size, size, "a still of this frame");
-    let first = still.samples();
     let all: Vec<_> = tiles(size[0], size[1]).collect();
     let row_of = |tile: &Tile, row: usize| {
         let begin = (tile.first_row as usize + row) * size[0] as usize + tile.first_x as usize;
@@ -95,14 +94,12 @@ pub fn continue_paths(
     };
     control.begin("paths", u64::from(options.samples) * all.len() as u64);
     for pass in 0..options.samples {
-        let is_late = options
-            .time_limit
-            .is_some_and(|limit| start.elapsed() >= limit);
-        if pass > 0 && is_late {
-            break;
-        }
+        let is_late = || {
+            let limit = options.time_limit.filter(|_| pass > 0);
+            limit.is_some_and(|limit| start.elapsed() >= limit)
+        };
         own.par_iter_mut().zip(&all).for_each(|(pixels, tile)| {
-            if control.is_cancelled() {
+            if control.is_cancelled() || is_late() {
                 return;
             }
             for (nth, pixel) in (0u32..).zip(pixels) {
@@ -110,7 +107,7 @@ pub fn continue_paths(
                     tile.first_x + nth % tile.width,
                     tile.first_row + nth / tile.width,
                 );
-                let mut sampler = Sampler::new(y * size[0] + x, first + pass);
+                let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
                 let [u, v] = sampler.pair();
                 let on_lens = sampler.pair();
                 let (origin, direction) = view.ray(frame, [x as f32 + u, y as f32 + v], on_lens);
@@ -118,7 +115,7 @@ pub fn continue_paths(
             }
             control.advance(1);
         });
-        if control.is_cancelled() {
+        if control.is_cancelled() || is_late() {
             break;
         }
     }

@@ -81,6 +81,9 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Whether there is a ground plane under the scene.
     pub ground: bool,
+    /// Height of the ground plane. If `None`, the lowest of a box that contains the scene, which may be lower than the surface.
+    /// `World::render` asks the surface.
+    pub ground_height: Option<f32>,
     /// Direction to the sun, as azimuth and elevation in degrees.
     pub sun_degrees: [f32; 2],
     /// The light besides the sun's direction.
@@ -101,6 +104,7 @@ impl Default for RenderSettings {
             lookup_start: LookupStart::default(),
             samples: 1,
             ground: false,
+            ground_height: None,
             sun_degrees: [60.0, 50.0],
             light: ViewLight::default(),
             statistics: false,
@@ -146,11 +150,8 @@ pub fn frame_uniforms(
     let lift = voxel_grid.map_or(8.0 * epsilon, |voxel_grid| 1.5 * voxel_grid.voxel_size);
     let solid = program.aabb();
     let bounds = ray_box(settings.mode, solid, voxel_grid, epsilon);
-    let ground_y = if solid.is_finite() {
-        solid.min.y
-    } else {
-        focus.min.y
-    };
+    let below = if solid.is_finite() { solid } else { focus };
+    let ground_y = settings.ground_height.unwrap_or(below.min.y);
     let far_from_eye = |corner: Vec3| corner.distance(camera.eye);
     let depth_far = focus.corners().map(far_from_eye).into_iter();
     let depth_far = depth_far.fold(0.0, f32::max);

@@ -12,12 +12,15 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct View {
-    /// Pose of the camera.
+    /// Pose of the camera. If neither it nor `bounds` is given, a camera from there that shows the whole surface.
     pub camera: CameraPose,
     /// Vertical field of view in degrees, from 1 to 170.
     pub field_of_view_degrees: f32,
     /// Whether there is a ground plane under the scene.
     pub ground: bool,
+    /// Height of the ground plane. If it is missing, the plane touches the lowest point of the surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_height: Option<f32>,
     /// Minimum and maximum corner of the box to view. If it is missing, the scene's own box. Volumes of a
     /// scene with an infinite solid, such as a plane, end at this box. They omit brushes outside of it.
     #[serde(alias = "frame", skip_serializing_if = "Option::is_none")]
@@ -56,6 +59,7 @@ impl Default for View {
             camera: CameraPose::Orbit([30.0, 20.0, 3.6]),
             field_of_view_degrees: 35.0,
             ground: false,
+            ground_height: None,
             bounds: None,
             sun_degrees: [60.0, 50.0],
             lights: None,
@@ -99,6 +103,9 @@ impl View {
             .map_or(Ok(()), |lens| lens.check())
             .map_err(|fault| fault.within("lens"))?;
         within("exposure", self.exposure, -20.0, 20.0)?;
+        if let Some(height) = self.ground_height {
+            coordinate("ground_height", height)?;
+        }
         for (name, path) in &self.paths {
             path.check()
                 .map_err(|fault| fault.within(&format!("paths.{name}")))?;

@@ -161,7 +161,7 @@ impl World {
             return Err(GpuError::NoShaderVolume { name }.into());
         };
         let grid = self.device.voxel_grid();
-        let around = self.view_bounds;
+        let around = self.view_bounds();
         let camera = Camera::orbit(around, [30.0, 20.0, 2.5], 45.0);
         let settings = RenderSettings {
             size: [1, 1],

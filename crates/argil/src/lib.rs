@@ -16,6 +16,7 @@ mod error;
 mod export;
 mod external_files;
 mod field_mesh;
+mod framing;
 mod heightmap;
 #[cfg(feature = "gpu")]
 mod host;

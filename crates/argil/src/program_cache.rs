@@ -37,19 +37,19 @@ impl ProgramCache {
     }
 
     /// Returns the box that queries cover: the solid's, or `focus` for an infinite one.
-    fn held(&self, focus: Aabb) -> Aabb {
+    fn held(&self, focus: impl FnOnce() -> Aabb) -> Aabb {
         let held = self.program.aabb();
-        if held.is_finite() { held } else { focus }
+        if held.is_finite() { held } else { focus() }
     }
 
     /// Returns the tree of pruned programs, for a program that is neither short nor very long.
-    pub(crate) fn list_tree(&self, focus: Aabb) -> Option<&ProgramTree> {
+    pub(crate) fn list_tree(&self, focus: impl FnOnce() -> Aabb) -> Option<&ProgramTree> {
         let make = || ProgramTree::new(&self.program, self.held(focus));
         self.tree.get_or_init(make).as_ref()
     }
 
     /// Returns the index over operands, for a program of many pieces. `focus` replaces the box of an infinite solid.
-    pub(crate) fn operand_index(&self, focus: Aabb) -> Option<&OperandIndex> {
+    pub(crate) fn operand_index(&self, focus: impl FnOnce() -> Aabb) -> Option<&OperandIndex> {
         let make = || {
             let held = self.held(focus);
             let size = held.size().max_element();

@@ -18,24 +18,16 @@ const FIELD_STEPS: u32 = 256;
 const VOLUME_STEPS: u32 = 4096;
 
 impl World {
-    /// Returns the scene's camera.
+    /// Returns the scene's camera. A view that says neither where its camera is nor what it shows gets one that shows the whole
+    /// surface.
     pub fn camera(&self) -> Camera {
-        self.camera_at(self.scene.view.camera)
+        self.framing().camera(&self.scene.view)
     }
 
     /// Returns a camera in another pose, with the scene's field of view.
     pub fn camera_at(&self, pose: CameraPose) -> Camera {
-        let field_of_view_degrees = self.scene.view.field_of_view_degrees;
-        match pose {
-            CameraPose::Orbit(orbit) => {
-                Camera::orbit(self.view_bounds, orbit, field_of_view_degrees)
-            }
-            CameraPose::LookAt { eye, target } => Camera {
-                eye: eye.into(),
-                target: target.into(),
-                field_of_view_degrees,
-            },
-        }
+        self.framing()
+            .camera_at(pose, self.scene.view.field_of_view_degrees)
     }
 
     /// Returns settings that suit the scene, for a size in pixels and a mode. Shaded images get four samples per
@@ -162,14 +154,22 @@ impl World {
             return Err(RenderError::NoBricks);
         }
         let grid = self.device.voxel_grid();
-        let around = self.view_bounds;
         Ok(frame_uniforms(
-            settings,
+            &self.grounded(settings),
             camera,
             self.tables(),
             grid.as_ref(),
-            around,
+            self.view_bounds(),
         ))
+    }
+
+    /// Returns settings whose ground touches the scene, unless they say where it is.
+    pub(crate) fn grounded(&self, settings: &RenderSettings) -> RenderSettings {
+        let mut own = *settings;
+        if own.ground && own.ground_height.is_none() {
+            own.ground_height = Some(self.ground_height());
+        }
+        own
     }
 
     /// Returns what a device renders.

@@ -61,11 +61,11 @@ impl World {
         }
         let grid = self.device.voxel_grid();
         let frames = frame_uniforms(
-            &settings,
+            &self.grounded(&settings),
             camera,
             self.program(),
             grid.as_ref(),
-            self.view_bounds,
+            self.view_bounds(),
         );
         let view = &self.scene.view;
         let lens = view.lens.map(|lens| PathLens {

@@ -5,10 +5,10 @@ use crate::MeshCounts;
 use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, CpuDevice, Device};
 use crate::edit_session::EditSession;
+use crate::framing::{Framing, lowest_point};
 use crate::light::Light;
 use crate::observers::Observers;
 use crate::program_cache::ProgramCache;
-use crate::representation::view_bounds_of;
 use crate::{BuildError, BuildTimings, Engine, GridError, Representation};
 use argil_field::{Grid, IncrementalProgram, OperandIndex, Program, ProgramTree};
 use argil_math::{Aabb, Control, Interval};
@@ -46,7 +46,10 @@ pub struct World {
     /// Queries since the last edit.
     query_count: AtomicU32,
     observers: Observers,
-    pub(crate) view_bounds: Aabb,
+    /// How the world was seen when it was built, once that is needed. It stays while edits apply in place.
+    framing: OnceLock<Framing>,
+    /// Height of the lowest point of the surface, once it is needed.
+    ground: OnceLock<f32>,
     /// The scene at the last edit that was applied.
     pub(crate) scene: Scene,
     pub(crate) representation: Representation,
@@ -59,14 +62,14 @@ impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
         let program = Program::lower(scene)?;
         let device = AnyDevice::new(&engine, &program)?;
-        let view_bounds = view_bounds_of(scene, &program);
         Ok(Self {
             engine,
             program: OnceLock::from(ProgramCache::from(program)),
             edits: EditSession::of(scene),
             query_count: AtomicU32::new(0),
             observers: Observers::default(),
-            view_bounds,
+            framing: OnceLock::new(),
+            ground: OnceLock::new(),
             scene: scene.snapshot(),
             representation: Representation::Field,
             device,
@@ -94,7 +97,8 @@ impl World {
         // Also takes over what is not an edit: name, view, and the paths of meshes.
         self.scene = scene.snapshot();
         let program = &ProgramCache::of(&self.program, &self.edits).program;
-        self.view_bounds = view_bounds_of(scene, program);
+        self.framing = OnceLock::new();
+        self.ground = OnceLock::new();
         // Earlier edits left the tables in another order, but no edit leaves specialized shaders.
         if !(is_same && self.device.is_specialized()) {
             self.device.set_program(program)?;
@@ -211,7 +215,7 @@ impl World {
 
     /// Returns the tree of pruned programs, for a program that is neither short nor very long.
     pub(crate) fn list_tree(&self) -> Option<&ProgramTree> {
-        self.lowered().list_tree(self.view_bounds)
+        self.lowered().list_tree(|| self.view_bounds())
     }
 
     /// Counts a query. Returns whether there were few since the last edit.
@@ -221,7 +225,7 @@ impl World {
 
     /// Returns the index over operands, for a program of many pieces.
     pub(crate) fn operand_index(&self) -> Option<&OperandIndex> {
-        self.lowered().operand_index(self.view_bounds)
+        self.lowered().operand_index(|| self.view_bounds())
     }
 
     /// Returns the program that the scene was compiled to.
@@ -254,9 +258,33 @@ impl World {
         &self.engine
     }
 
-    /// Returns the box that the scene is viewed in.
+    /// Returns the box that the scene is viewed in: the view's bounds, or else the box of the surface when the world was built.
     pub fn view_bounds(&self) -> Aabb {
-        self.view_bounds
+        self.framing().bounds
+    }
+
+    /// Returns how the world is seen at first.
+    pub(crate) fn framing(&self) -> &Framing {
+        let frame = || Framing::of(&self.scene, self.program());
+        self.framing.get_or_init(frame)
+    }
+
+    /// Returns the height of the ground under the scene: the view's, or that of the lowest point of the surface.
+    pub fn ground_height(&self) -> f32 {
+        let lowest = || lowest_point(self.program(), self.view_bounds());
+        let height = self.scene.view.ground_height;
+        height.unwrap_or_else(|| *self.ground.get_or_init(lowest))
+    }
+
+    /// Forgets the height of the ground, if something that touches it changed in a box.
+    fn note_ground(&mut self, dirty_box: Aabb) {
+        if self
+            .ground
+            .get()
+            .is_some_and(|ground| dirty_box.min.y <= *ground)
+        {
+            self.ground = OnceLock::new();
+        }
     }
 
     /// Returns the signed distance at a point, in the scene's unit, negative inside. It comes from the exact field.

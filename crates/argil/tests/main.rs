@@ -4,6 +4,7 @@ mod convergence;
 mod edit_session;
 mod examples;
 mod facade;
+mod framing;
 mod futures;
 mod gpu_more_light;
 mod gpu_stills;

@@ -91,6 +91,11 @@ impl Still {
         self.size
     }
 
+    /// Returns the number of paths of a pixel, by its place row by row from the top. 0 outside the still.
+    pub fn samples_at(&self, pixel: usize) -> u32 {
+        self.pixels.get(pixel).map_or(0, |pixel| pixel.count)
+    }
+
     /// Returns the number of paths of the pixel that has the fewest.
     pub fn samples(&self) -> u32 {
         let counts = self.pixels.iter().map(|pixel| pixel.count);

@@ -16,7 +16,7 @@ pub struct StillOptions {
     pub max_bounces: u32,
     /// The most light that a path may bring after its first surface. It removes bright dots, and light with them.
     pub firefly_clamp: Option<f32>,
-    /// The time after which no pass begins. The first one is made in any case.
+    /// The time after which no tile begins. Each pixel gets one path in any case.
     pub time_limit: Option<Duration>,
     /// Whether what is behind everything is left out: see [`Still::opacity`](crate::Still::opacity).
     pub is_transparent: bool,

@@ -5,7 +5,6 @@ use argil_field::Program;
 use argil_math::Aabb;
 use argil_scene::{Extents, Scene};
 use argil_volume::{MAX_SPARSE_RESOLUTION, RESOLUTION_RANGE, VoxelGrid};
-use glam::Vec3;
 
 /// Returns the voxel grid of a scene, from a resolution or a voxel size.
 pub(crate) fn voxel_grid_of(
@@ -40,7 +39,7 @@ pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
 }
 
 /// Returns the union of a box of an animated scene at equally spaced times. Empty for other scenes.
-fn union_over_time(scene: &Scene, at_time: impl Fn(&Scene) -> Aabb) -> Aabb {
+pub(crate) fn union_over_time(scene: &Scene, at_time: impl Fn(&Scene) -> Aabb) -> Aabb {
     let Some(duration) = scene.duration() else {
         return Aabb::EMPTY;
     };
@@ -135,14 +134,4 @@ pub(crate) fn updated_grid(
     }
     let grown = grid.grown_to(solid, 1);
     Ok(grown.map_err(argil_volume::BricksError::from)?)
-}
-
-/// Returns the view's bounds, or the solid's box if it is finite, or the box that clips it.
-pub(crate) fn view_bounds_of(scene: &Scene, program: &Program) -> Aabb {
-    let solid = sampled_box(scene, program);
-    match clip_box(scene, solid) {
-        Some(bounds) => bounds,
-        None if solid.is_finite() => solid,
-        None => Aabb::centered(Vec3::ONE),
-    }
 }

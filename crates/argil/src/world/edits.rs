@@ -6,7 +6,7 @@ use crate::device::{AnyDevice, Device};
 use crate::edit_session::{EditPace, EditSession, UpdateResult};
 use crate::observers::SubscriptionId;
 use crate::program_cache::ProgramCache;
-use crate::representation::{updated_grid, view_bounds_of};
+use crate::representation::updated_grid;
 use crate::{BuildError, EditBudget, EditReport, RebuildReason};
 use argil_field::Program;
 use argil_math::Aabb;
@@ -21,6 +21,8 @@ impl World {
     pub(crate) fn begin_following(&mut self, scene: &Scene) {
         self.edits = EditSession::of(scene);
         if let Some(edits) = self.device.edits() {
+            // Edits in place do not move the camera.
+            self.framing();
             let program = &ProgramCache::of(&self.program, &self.edits).program;
             self.edits.watch(scene, edits, program);
         }
@@ -91,6 +93,7 @@ impl World {
                     if let Some(layout) = self.device.brick_layout() {
                         self.light.note_edit(self.edits.program(), &layout);
                     }
+                    self.note_ground(applied.dirty_box);
                     self.scene = scene.snapshot();
                     let boxes = self.edits.take_finished_boxes();
                     self.observers.notify(&boxes);
@@ -131,7 +134,8 @@ impl World {
             .build(&mut self.device, &site, voxel_grid);
         self.build_timings = built.await?;
         self.light.forget();
-        self.view_bounds = view_bounds_of(scene, &program);
+        self.framing = OnceLock::new();
+        self.ground = OnceLock::new();
         self.scene = scene.snapshot();
         self.program = OnceLock::from(ProgramCache::from(program));
         let done = self.edits.take_stats();

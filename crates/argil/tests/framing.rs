@@ -1,0 +1,115 @@
+//! How worlds are seen at first: grounds touch, and cameras show the whole surface.
+
+use argil::prelude::*;
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+/// Solids whose known boxes are larger than their surfaces.
+fn solids() -> Result<Vec<(&'static str, Scene)>, Box<dyn std::error::Error>> {
+    let mut turned = Scene::new();
+    let plank = Brush::new(Shape::cuboid([1.0, 0.05, 0.3])).rotated([0.3, 0.2, 1.0], 40.0);
+    turned.push(plank)?;
+    let mut carved = Scene::new();
+    carved.push(Shape::sphere(1.0))?;
+    carved.push(
+        Brush::new(Shape::cuboid([2.0, 0.6, 2.0]))
+            .at([0.0, -1.0, 0.0])
+            .subtract(),
+    )?;
+    let mut ball = Scene::new();
+    ball.push(Brush::new(Shape::sphere(0.3)).at([7.0, -2.0, 1.0]))?;
+    let mut bent = Scene::new();
+    let bar = Brush::new(Shape::cuboid([1.0, 0.1, 0.1])).with_modifier(Modifier::Bend {
+        degrees_per_unit: 60.0,
+    });
+    bent.push(bar)?;
+    let mut common = Scene::new();
+    common.push(Brush::new(Shape::sphere(0.5)).at([-0.3, 0.0, 0.0]))?;
+    common.push(
+        Brush::new(Shape::sphere(0.5))
+            .at([0.3, 0.1, 0.0])
+            .intersect(),
+    )?;
+    let mut blended = Scene::new();
+    for i in 0..6 {
+        let place = [0.4 * i as f32, 0.1 * (i % 3) as f32, 0.0];
+        blended.push(Brush::new(Shape::sphere(0.25)).at(place).smooth(0.3))?;
+    }
+    Ok(vec![
+        ("turned", turned),
+        ("carved", carved),
+        ("ball", ball),
+        ("bent", bent),
+        ("common", common),
+        ("blended", blended),
+    ])
+}
+
+/// Returns the height of the lowest vertex of a fine mesh, and its voxel.
+fn lowest(scene: &Scene) -> Result<[f32; 2], Box<dyn std::error::Error>> {
+    let options = MeshOptions {
+        resolution: 128,
+        ..MeshOptions::default()
+    };
+    let output = Engine::cpu().build(scene)?.field().mesh(&options)?;
+    let heights = output.mesh.positions.iter().map(|p| p.y);
+    let lowest = heights.reduce(f32::min).ok_or("no mesh")?;
+    Ok([lowest, output.voxel_grid.voxel_size])
+}
+
+/// The ground is at the lowest vertex of a fine mesh, also after edits in place, from below and above.
+#[test]
+fn grounds_touch_what_stands_on_them() -> Outcome {
+    for (name, scene) in solids()? {
+        for representation in [Representation::Field, BricksOptions::from(64).into()] {
+            let mut scene = scene.clone();
+            let build = Engine::cpu().build(&scene)?;
+            let mut world = build.with_representation(representation)?;
+            let [before, _] = lowest(&scene)?;
+            let bite = Brush::new(Shape::cuboid([20.0, 1.0, 20.0])).at([0.0, before - 0.95, 0.0]);
+            let ball = Brush::new(Shape::sphere(0.2)).at([0.0, before - 0.5, 0.0]);
+            for edit in [None, Some(bite.subtract()), Some(ball)] {
+                if let Some(brush) = edit {
+                    scene.push(brush)?;
+                    world.apply(&scene)?;
+                }
+                let [expected, voxel] = lowest(&scene)?;
+                let off = (world.ground_height() - expected) / voxel;
+                assert!(off.abs() < 1.0, "{name}: {representation:?}: {off} voxels");
+            }
+            let mut view = Box::new(scene.view.clone());
+            view.ground_height = Some(-3.5);
+            scene.apply(Edit::SetView { view })?;
+            world.apply(&scene)?;
+            assert_eq!(world.ground_height(), -3.5);
+        }
+    }
+    Ok(())
+}
+
+/// Where a view says neither where the camera is nor what it shows, the surface fills 60 to 80 % of the image's shorter side.
+#[test]
+fn surfaces_fill_the_image() -> Outcome {
+    let [width, height] = [160, 120];
+    for (name, scene) in solids()? {
+        let world = Engine::cpu().build(&scene)?.field();
+        let settings = world.render_settings([width, height], RenderMode::Normal);
+        let lengths = world.ray_distances(&world.camera(), &settings)?;
+        let hits = (0..lengths.len()).filter(|&i| lengths[i].is_finite());
+        let places = hits.map(|i| [i % width as usize, i / width as usize]);
+        let ends = places.fold([[usize::MAX, 0]; 2], |ends, place| {
+            [0, 1].map(|k| [ends[k][0].min(place[k]), ends[k][1].max(place[k])])
+        });
+        let [across, high] = ends.map(|[low, high]| (high + 1 - low) as f64);
+        let filled = across.max(high) / f64::from(height);
+        assert!((0.6..=0.8).contains(&filled), "{name}: {filled}");
+        let [columns, rows] = ends;
+        assert!(columns[0] > 0 && columns[1] + 1 < width as usize, "{name}");
+        assert!(rows[0] > 0 && rows[1] + 1 < height as usize, "{name}");
+        // The middle of what is seen is in the middle.
+        let middle = [columns, rows].map(|[low, high]| 0.5 * (low + high) as f64);
+        let off = [middle[0] - 79.5, middle[1] - 59.5].map(f64::abs);
+        assert!(off.into_iter().all(|off| off < 12.0), "{name}: {off:?}");
+    }
+    Ok(())
+}
