@@ -7,8 +7,26 @@ use argil_mesh::marching::bricks::march;
 use argil_volume::{BrickLayout, BrickSettings, Bricks, VoxelGrid};
 use glam::Vec3;
 
+/// Returns the smallest distance at points that are half a voxel apart, and at least so far in a direction.
+fn nearest_in_slab(program: &Program, voxel: f32, direction: Vec3, least: f32) -> f32 {
+    let told = program.aabb().grown(voxel);
+    let counts = (told.size() / (0.5 * voxel)).ceil().as_uvec3();
+    let mut nearest = f32::MAX;
+    for z in 0..=counts.z {
+        for y in 0..=counts.y {
+            for x in 0..=counts.x {
+                let point = told.min + 0.5 * voxel * glam::UVec3::new(x, y, z).as_vec3();
+                if point.dot(direction) >= least {
+                    nearest = nearest.min(program.distance(point).abs());
+                }
+            }
+        }
+    }
+    nearest
+}
+
 /// Along the axes and two other directions, and back, the surface of each case reaches as far as its triangles do, to a voxel and a
-/// half. The box that is known without a search is much larger for some.
+/// half, or there is a thin edge that they cut off. The box that is known without a search is much larger for some.
 #[test]
 fn surfaces_reach_as_far_as_their_triangles() {
     let mut directions = vec![Vec3::X, Vec3::Y, Vec3::Z];
@@ -39,11 +57,14 @@ fn surfaces_reach_as_far_as_their_triangles() {
                 let told = corners.map(|p| p.dot(direction)).fold(f32::MIN, f32::max);
                 loose += usize::from(told > expected + 6.0 * grid.voxel_size);
                 let off = (found - expected) / grid.voxel_size;
-                assert!(
-                    off.abs() < 1.5,
-                    "{}: {direction}: off by {off} voxels",
-                    case.name
-                );
+                let place = format!("{}: {direction}: off by {off} voxels", case.name);
+                assert!(off > -0.5, "{place}");
+                // Triangles cut thin edges off.
+                if off > 1.5 {
+                    let voxel = grid.voxel_size;
+                    let nearest = nearest_in_slab(&program, voxel, direction, found - 3.0 * voxel);
+                    assert!(nearest < grid.voxel_size, "{place}, {nearest} away");
+                }
             }
         }
     }
@@ -57,7 +78,7 @@ fn boxes_without_a_surface_have_no_reach() {
     let empty = Program::lower(&scene).expect("a program");
     assert_eq!(SurfaceReach::new(&empty, empty.aabb()).along(Vec3::X), None);
     scene
-        .push(argil_scene::Shape::cuboid([2e6, 1.0, 2e6]))
+        .push(argil_scene::Shape::cuboid([1e6, 1.0, 1e6]))
         .expect("a plane");
     let plane = Program::lower(&scene).expect("a program");
     assert_eq!(SurfaceReach::new(&plane, plane.aabb()).along(Vec3::X), None);

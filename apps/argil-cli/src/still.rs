@@ -2,7 +2,8 @@
 
 use crate::args::RenderArgs;
 use crate::still_args::{Integrator, StillArgs};
-use crate::{input, output, still_plan};
+use crate::still_plan::StillPlan;
+use crate::{input, output};
 use anyhow::{Context, bail, ensure};
 use argil::math::Control;
 use argil::render::{Development, RenderMode, StillOptions, denoised, developed};
@@ -74,26 +75,28 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let control = crate::progress::control();
     let engine = input::engine(on)?.with_control(&control);
     let start = Instant::now();
-    let (scene, mut world) = input::world(
+    let (_, mut world) = input::world(
         &options.scene,
         &engine,
         options.via,
         &options.volume,
         (options.time, on.allow_external_meshes),
     )?;
-    if options.via.is_none() {
-        let size = crate::render::settings(options, &world).size;
-        world = still_plan::faster(world, &scene, size, &options.scene)?;
-    }
     let folder = options.scene.parent().unwrap_or(Path::new("."));
     world.load_environment(folder, on.allow_external_meshes)?;
-    let build_ms = start.elapsed().as_secs_f64() * 1e3;
     let camera = options
         .camera
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
     let settings = crate::render::settings(options, &world);
     let asked = still_options(&options.still);
-    still_plan::announce(&world, &camera, &settings, &asked, &path)?;
+    let plan = StillPlan {
+        path: &options.scene,
+        settings,
+        options: asked,
+        is_fixed: options.via.is_some(),
+    };
+    let world = plan.chosen(world, &camera)?;
+    let build_ms = start.elapsed().as_secs_f64() * 1e3;
     let start = Instant::now();
     *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());
     let still = world.still(&camera, &settings, &asked);

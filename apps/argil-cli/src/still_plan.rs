@@ -2,103 +2,116 @@
 
 use argil::field::SurfaceReach;
 use argil::render::{Camera, RenderSettings, StillOptions};
-use argil::scene::Scene;
-use argil::{BricksOptions, BuildError, Representation, World};
+use argil::{BricksOptions, Representation, World};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Brushes from which paths through bricks take less time than through the field, with the time to bake them.
-const MANY_BRUSHES: usize = 4;
 /// Voxels along the longest side of bricks, for each pixel along the image's longest side: about a pixel where all is in view.
 const VOXELS_PER_PIXEL: f32 = 0.75;
 /// The fewest and the most voxels along the longest side.
 const VOXELS: [u32; 2] = [256, 1024];
 /// How many times as short a side of the image is that is timed.
 const SHRINK: u32 = 8;
-/// Shorter stills are not announced.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Seconds: shorter stills are not announced, and not made through anything else.
+const PATIENCE: f64 = 10.0;
+/// Bricks take less than this share of the field's time, or the field stays.
+const GAIN: f64 = 0.75;
 
-/// Builds a world again as bricks, if paths take less time through these than through its field, and says so on stderr.
-///
-/// # Errors
-/// If the bricks do not fit into memory.
-pub(crate) fn faster(
-    world: World,
-    scene: &Scene,
-    size: [u32; 2],
-    path: &Path,
-) -> Result<World, BuildError> {
-    let Some(bricks) = faster_bricks(&world, size) else {
-        return Ok(world);
-    };
-    eprintln!(
-        "{}: paths pass through bricks, {} voxels along the longest side: this takes less time than the exact field (--via field)",
-        path.display(),
-        bricks.resolution
-    );
-    world.rebuilt_as(scene, bricks.into())
+/// A still to be made.
+pub(crate) struct StillPlan<'a> {
+    pub path: &'a Path,
+    pub settings: RenderSettings,
+    pub options: StillOptions,
+    /// Whether paths have to pass through the world as it is.
+    pub is_fixed: bool,
 }
 
-/// Returns bricks through which paths take less time than through the field of a world, if there are such. They show the same solid:
-/// it ends within them. Glass, whose inside matters, stays in the field.
-fn faster_bricks(world: &World, size: [u32; 2]) -> Option<BricksOptions> {
-    let program = world.program();
-    let is_field = world.representation() == Representation::Field;
-    if !is_field || program.brush_count() < MANY_BRUSHES || program.has_glass() {
-        return None;
-    }
-    let solid = program.aabb();
-    // Bricks end at the view's bounds.
-    let is_whole = world.view().bounds.is_none_or(|[min, max]| {
-        let surface = SurfaceReach::new(program, solid).aabb();
-        let (min, max) = (surface.min.cmpge(min.into()), surface.max.cmple(max.into()));
-        min.all() && max.all()
-    });
-    let pixels = size.iter().copied().max().unwrap_or(0) as f32;
-    let voxels = (VOXELS_PER_PIXEL * pixels) as u32;
-    (solid.is_finite() && is_whole).then(|| BricksOptions {
-        resolution: voxels.clamp(VOXELS[0], VOXELS[1]),
-        ..BricksOptions::default()
-    })
-}
-
-/// Says on stderr how long a still will take, if that is long. Times the paths of a small image.
-///
-/// # Errors
-/// As for the still.
-pub(crate) fn announce(
-    world: &World,
-    camera: &Camera,
-    settings: &RenderSettings,
-    asked: &StillOptions,
-    path: &Path,
-) -> Result<(), argil::StillError> {
-    let size = settings.size.map(|side| (side / SHRINK).max(1));
-    let small = RenderSettings { size, ..*settings };
-    let few = StillOptions {
-        samples: 1,
-        ..*asked
-    };
-    // The first one also compiles shaders, and prepares programs.
-    world.still(camera, &small, &few)?;
-    let start = Instant::now();
-    world.still(camera, &small, &few)?;
-    let of = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
-    let per_path = start.elapsed().as_secs_f64() / of(size);
-    let seconds = per_path * of(settings.size) * f64::from(asked.samples);
-    let limit = asked.time_limit.map_or(f64::INFINITY, |l| l.as_secs_f64());
-    if seconds.min(limit) > PATIENCE.as_secs_f64() {
-        let [width, height] = settings.size;
-        eprintln!(
-            "{}: {} paths for each of {width}x{height} pixels take about {seconds:.0} s{}",
-            path.display(),
-            asked.samples,
-            if seconds > limit {
-                format!(", of which {limit:.0} s are allowed")
-            } else {
-                String::new()
+impl StillPlan<'_> {
+    /// Says on stderr how long a still will take, if that is long. If paths take less time through bricks than through the field,
+    /// returns the world as bricks, and says so.
+    ///
+    /// # Errors
+    /// As for the still.
+    pub(crate) fn chosen(&self, world: World, camera: &Camera) -> anyhow::Result<World> {
+        let mut world = world;
+        let mut seconds = self.seconds(&world, camera)?;
+        if seconds > PATIENCE
+            && let Some(options) = self.bricks(&world)
+        {
+            let start = Instant::now();
+            let built = world.engine().build(world.scene())?;
+            // Bricks that do not fit into memory are none.
+            if let Ok(bricks) = built.with_representation(options) {
+                let build_seconds = start.elapsed().as_secs_f64();
+                let through_bricks = self.seconds(&bricks, camera)?;
+                if build_seconds + through_bricks < GAIN * seconds {
+                    eprintln!(
+                        "{}: paths pass through bricks, {} voxels along the longest side. Through the exact field (--via field) they \
+                         would take about {seconds:.0} s",
+                        self.path.display(),
+                        options.resolution
+                    );
+                    (world, seconds) = (bricks, through_bricks);
+                }
             }
-        );
+        }
+        if seconds > PATIENCE {
+            let [width, height] = self.settings.size;
+            let of_these = match self.options.time_limit {
+                Some(limit) if limit.as_secs_f64() < seconds => {
+                    format!(", of which --time-limit allows {} s", limit.as_secs_f64())
+                }
+                _ => String::new(),
+            };
+            eprintln!(
+                "{}: {} paths for each of {width}x{height} pixels take about {seconds:.0} s{of_these}",
+                self.path.display(),
+                self.options.samples
+            );
+        }
+        Ok(world)
     }
-    Ok(())
+
+    /// Returns how long a still takes, from the paths of a small image.
+    fn seconds(&self, world: &World, camera: &Camera) -> anyhow::Result<f64> {
+        let size = self.settings.size.map(|side| (side / SHRINK).max(1));
+        let small = RenderSettings {
+            size,
+            ..self.settings
+        };
+        let few = StillOptions {
+            samples: 1,
+            ..self.options
+        };
+        // The first one also compiles shaders, and prepares programs.
+        world.still(camera, &small, &few)?;
+        let start = Instant::now();
+        world.still(camera, &small, &few)?;
+        let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+        let paths = pixels(self.settings.size) * f64::from(self.options.samples);
+        Ok(start.elapsed().as_secs_f64() * paths / pixels(size))
+    }
+
+    /// Returns bricks that show the same solid as the field of a world, if there are such. Glass, whose inside matters, and what has
+    /// no end stay in the field.
+    fn bricks(&self, world: &World) -> Option<BricksOptions> {
+        let program = world.program();
+        let is_field = world.representation() == Representation::Field;
+        if self.is_fixed || !is_field || program.has_glass() {
+            return None;
+        }
+        let solid = program.aabb();
+        // Bricks end at the view's bounds.
+        let is_whole = world.view().bounds.is_none_or(|[min, max]| {
+            let surface = SurfaceReach::new(program, solid).aabb();
+            let (min, max) = (surface.min.cmpge(min.into()), surface.max.cmple(max.into()));
+            min.all() && max.all()
+        });
+        let pixels = self.settings.size.into_iter().max().unwrap_or(0) as f32;
+        let voxels = (VOXELS_PER_PIXEL * pixels) as u32;
+        (solid.is_finite() && is_whole).then(|| BricksOptions {
+            resolution: voxels.clamp(VOXELS[0], VOXELS[1]),
+            ..BricksOptions::default()
+        })
+    }
 }

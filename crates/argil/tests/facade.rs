@@ -48,7 +48,7 @@ fn worlds_follow_their_scene() -> Result<(), Box<dyn std::error::Error>> {
         hits.push((before, after));
     }
     // Rounding decides for a pixel at the edge.
-    let off = |a: u64, b: u64| a.abs_diff(b) <= 2;
+    let off = |a: usize, b: usize| a.abs_diff(b) <= 2;
     let [cpu, gpu] = [hits[0], hits[1]];
     assert!(off(cpu.0, gpu.0) && off(cpu.1, gpu.1), "{hits:?}");
     Ok(())
