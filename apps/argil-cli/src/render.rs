@@ -157,6 +157,9 @@ fn draw(
         }
         (None, Some(duration)) => animate(scene, world, camera, duration, &mut reel)?,
         (None, None) => {
+            // What fills an image from one side may be cut from another one.
+            let from_afar = world.camera_at(world.view().camera);
+            let camera = options.camera.map_or(from_afar, |_| camera);
             for camera in Orbit::cameras(camera, count) {
                 refined += reel.draw_levels(world, &camera)?;
             }

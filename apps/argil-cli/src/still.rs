@@ -91,11 +91,12 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let asked = still_options(&options.still);
     let plan = StillPlan {
         path: &options.scene,
+        camera: &camera,
         settings,
         options: asked,
         is_fixed: options.via.is_some(),
     };
-    let world = plan.chosen(world, &camera)?;
+    let world = plan.chosen(world)?;
     let build_ms = start.elapsed().as_secs_f64() * 1e3;
     let start = Instant::now();
     *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());

@@ -1,6 +1,7 @@
 //! Tests `argil render --integrator path`.
 
 use crate::common::{argil, fails, json, scene};
+use std::io::{BufRead, BufReader};
 
 const SMALL: [&str; 6] = ["--integrator", "path", "--size", "48x32", "--via", "bricks"];
 
@@ -34,6 +35,51 @@ fn stills_are_made() {
     let read = image::load_from_memory(&exr).expect("an EXR").into_rgb32f();
     assert_eq!((read.width(), read.height()), (48, 32));
     assert!(read.iter().any(|&light| light > 1.0) && read.iter().all(|light| *light >= 0.0));
+}
+
+/// A long still says how long it will take, and may pass through bricks if it was not told otherwise. Which of both takes less time
+/// is up to the machine.
+#[test]
+fn long_stills_are_announced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.png").display().to_string();
+    let temple = scene("temple");
+    let short = ["--samples", "1"];
+    // Interrupted in time: nobody waits for all of it.
+    let long = ["--samples", "1000000"];
+    for (flags, is_long) in [
+        (&short[..], false),
+        (&[&long[..], &["--via", "field"]].concat(), true),
+        (&long, true),
+    ] {
+        let fixed = ["--integrator", "path", "--size", "48x32", "--json"];
+        let asked = [&["render", &temple, "-o", &path], &fixed[..], flags].concat();
+        let mut process = std::process::Command::new(env!("CARGO_BIN_EXE_argil"))
+            .args(&asked)
+            .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the command starts");
+        let mut lines = BufReader::new(process.stderr.take().expect("stderr")).lines();
+        let mut said = Vec::new();
+        if is_long {
+            // The last line before paths begin.
+            said.extend(
+                lines
+                    .by_ref()
+                    .map_while(Result::ok)
+                    .find(|line| line.contains("48x32 pixels take about")),
+            );
+            process.kill().expect("a process");
+        }
+        let output = process.wait_with_output().expect("an end");
+        assert_eq!(said.len(), usize::from(is_long), "{flags:?}");
+        if !is_long {
+            assert_eq!(json(&output)["via"], "field");
+            assert!(lines.next().is_none());
+        }
+    }
 }
 
 #[test]

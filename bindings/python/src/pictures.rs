@@ -56,12 +56,16 @@ impl PictureOptions {
             }
         };
         let pose = match (self.look_at, self.orbit) {
-            (Some([eye, target]), _) => CameraPose::LookAt { eye, target },
-            (None, Some(orbit)) => CameraPose::Orbit(orbit),
-            (None, None) => world.view().camera,
+            (Some([eye, target]), _) => Some(CameraPose::LookAt { eye, target }),
+            (None, orbit) => orbit.map(CameraPose::Orbit),
         };
-        pose.check().map_err(ToPython::to_python)?;
-        let mut camera = world.camera_at(pose);
+        let mut camera = match pose {
+            None => world.camera(),
+            Some(pose) => {
+                pose.check().map_err(ToPython::to_python)?;
+                world.camera_at(pose)
+            }
+        };
         if let Some(degrees) = self.field_of_view {
             camera.field_of_view_degrees = degrees;
         }

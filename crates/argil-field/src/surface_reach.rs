@@ -7,20 +7,24 @@
 //! *Practice.* A cube is cut into 4³, which are measured at once, with the program pruned for the cube. All directions share the
 //! cubes.
 
-use crate::{Program, Pruner};
+use crate::{Evaluator, Program, Pruner};
 use argil_abi::Instruction;
 use argil_math::Aabb;
 use glam::{UVec3, Vec3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Parts of a cube along each axis.
 const SIDE: u32 = 4;
 /// How often cubes are cut: to a 4096th of the box.
 const DEPTH: u32 = 6;
-/// The most cubes that are cut for a direction. What is left then counts as surface.
-const MAX_CUTS: usize = 4096;
+/// The most cubes that are cut in a search, and then the most rays, and the steps of each.
+const MAX_CUTS: usize = 1024;
+const MAX_RAYS: usize = 4096;
+const MAX_STEPS: usize = 16;
+/// From this depth on, a second search leaves out cubes in which only a jump of the distance could hide a surface.
+const NEAR_DEPTH: u32 = 2;
 /// Shorter programs are not pruned.
 const SHORT: usize = 6;
 
@@ -53,10 +57,12 @@ struct Cube {
     center: Vec3,
     half: f32,
     depth: u32,
+    /// Whether it may hold the surface even if no distance jumps.
+    is_near: bool,
     /// The program of the cube around it.
-    around: Rc<[Instruction]>,
+    around: Arc<[Instruction]>,
     /// Its parts that may hold the surface, once it is cut.
-    parts: Option<Rc<[u32]>>,
+    parts: Option<Arc<[u32]>>,
 }
 
 /// A cube and how far it reaches.
@@ -95,6 +101,7 @@ impl<'a> SurfaceReach<'a> {
                 center: within.center(),
                 half,
                 depth: 0,
+                is_near: true,
                 around: program.instructions().into(),
                 parts: None,
             });
@@ -107,9 +114,22 @@ impl<'a> SurfaceReach<'a> {
         }
     }
 
-    /// Returns the largest product of a direction and a point of the surface, or a little more: up to a 4096th of the box's longest
-    /// side, and more where distances are much too short. Returns `None` if there is no surface.
+    /// Returns the largest product of a direction and a point of the surface, to about a thousandth of the box's longest side. Where
+    /// the surface is nearly flat there, parts that stick out by less than a 64th of that side may be missed, and where distances
+    /// are much too short, the result is larger. Returns `None` if there is no surface.
     pub fn along(&mut self, direction: Vec3) -> Option<f32> {
+        let safe = self.search(direction, u32::MAX);
+        let found = safe.or_else(|_| self.search(direction, NEAR_DEPTH));
+        found.unwrap_or_else(|open| self.met(direction, open))
+    }
+
+    /// Returns how far the surface reaches, or, after too many cuts, the cubes that are left. From a depth on, only what is near
+    /// counts.
+    fn search(
+        &mut self,
+        direction: Vec3,
+        near_depth: u32,
+    ) -> Result<Option<f32>, BinaryHeap<Candidate>> {
         let end = direction.cmpge(Vec3::ZERO);
         let end = Vec3::select(end, self.within.max, self.within.min).dot(direction);
         let candidate = |cubes: &[Cube], cube: u32| {
@@ -124,14 +144,56 @@ impl<'a> SurfaceReach<'a> {
         let mut open = BinaryHeap::new();
         open.extend((!self.cubes.is_empty()).then(|| candidate(&self.cubes, 0)));
         for _ in 0..MAX_CUTS {
-            let best = open.pop()?;
+            let Some(best) = open.pop() else {
+                return Ok(None);
+            };
             if best.depth == DEPTH {
-                return Some(best.reach);
+                return Ok(Some(best.reach));
             }
             let parts = self.cut(best.cube);
-            open.extend(parts.iter().map(|&part| candidate(&self.cubes, part)));
+            let counts = |part: &&u32| {
+                let cube = &self.cubes[**part as usize];
+                cube.is_near || cube.depth < near_depth
+            };
+            let parts = parts.iter().filter(counts);
+            open.extend(parts.map(|&part| candidate(&self.cubes, part)));
         }
-        open.pop().map(|best| best.reach)
+        Err(open)
+    }
+
+    /// Returns how far the surface reaches where rays meet it that go through the middles of cubes, one a cube. A flat side crosses
+    /// more cubes than can be cut.
+    fn met(&self, direction: Vec3, mut open: BinaryHeap<Candidate>) -> Option<f32> {
+        let last = open.peek().map(|best| best.reach);
+        let mut evaluator = Evaluator::new(self.program);
+        let mut farthest: Option<f32> = None;
+        for _ in 0..MAX_RAYS {
+            let Some(best) = open.pop() else { break };
+            if farthest.is_some_and(|reach| best.reach <= reach) {
+                break;
+            }
+            let cube = &self.cubes[best.cube as usize];
+            let way = direction.normalize_or_zero();
+            let length = 2.0 * cube.half;
+            let begin = cube.center + cube.half * way;
+            let mut t = 0.0;
+            for _ in 0..MAX_STEPS {
+                let p = begin - t * way;
+                let mut d = [0.0];
+                evaluator.distances_with(&cube.around, &[p.x], &[p.y], &[p.z], &mut d);
+                if d[0] <= 1e-3 * cube.half {
+                    let reach = p.dot(direction);
+                    farthest = Some(farthest.map_or(reach, |other| other.max(reach)));
+                    break;
+                }
+                t += d[0] / self.program.lipschitz();
+                if t > length {
+                    break;
+                }
+            }
+        }
+        // Without one that meets it, what is left counts as surface.
+        farthest.or(last)
     }
 
     /// Returns the box of the surface. Empty if there is none.
@@ -148,13 +210,14 @@ impl<'a> SurfaceReach<'a> {
     }
 
     /// Returns the parts of a cube that may hold the surface.
-    fn cut(&mut self, cube: u32) -> Rc<[u32]> {
+    fn cut(&mut self, cube: u32) -> Arc<[u32]> {
         let Cube {
             center,
             half,
             depth,
             around,
             parts,
+            ..
         } = &self.cubes[cube as usize];
         if let Some(parts) = parts {
             return parts.clone();
@@ -167,7 +230,9 @@ impl<'a> SurfaceReach<'a> {
             self.pruner
                 .classify_cells(&list, &[center], radius, &mut [0.0]);
             self.pruner.prune_into(&list, 0, &mut pruned);
-            list = pruned.into();
+            if pruned.len() < list.len() {
+                list = pruned.into();
+            }
         }
         let part = half / SIDE as f32;
         let corner = center - half + part;
@@ -189,22 +254,20 @@ impl<'a> SurfaceReach<'a> {
                 continue;
             }
             // The smallest cubes need not be safe: what jumps is not near all of them.
-            let may_hold = if depth == DEPTH {
-                distance.abs() <= clear.steepness * radius
-            } else {
-                clear.radius(distance.abs()) <= radius
-            };
-            if may_hold {
+            let is_near = distance.abs() <= clear.steepness * radius;
+            let may_hold = clear.radius(distance.abs()) <= radius;
+            if is_near || may_hold && depth < DEPTH {
                 self.cubes.push(Cube {
                     center,
                     half: part,
                     depth,
+                    is_near,
                     around: list.clone(),
                     parts: None,
                 });
             }
         }
-        let parts: Rc<[u32]> = (first..self.cubes.len() as u32).collect();
+        let parts: Arc<[u32]> = (first..self.cubes.len() as u32).collect();
         self.cubes[cube as usize].parts = Some(parts.clone());
         parts
     }

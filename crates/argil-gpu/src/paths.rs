@@ -185,8 +185,10 @@ impl Paths<'_> {
             for band in 0..bands {
                 uniform.first_pixel = band * self.buffers.band;
                 uniform.pixel_count = self.buffers.band.min(pixels - uniform.first_pixel);
-                // A band that was too late before has fewer paths.
-                uniform.first_sample = still.samples_at(uniform.first_pixel as usize);
+                // No pixel repeats a path, even if some were interrupted, and have fewer than others.
+                let first = uniform.first_pixel as usize;
+                let own = first..first + uniform.pixel_count as usize;
+                uniform.first_sample = still.max_samples(own);
                 uniform.sample_count = count;
                 self.band(&uniform, control, still).await?;
                 if control.is_cancelled() || is_late(done) {

@@ -1,7 +1,7 @@
 //! Stills by path tracing, on the CPU.
 //!
 //! *Practice.* Passes of one path per pixel follow each other until all were made, the time is over, or somebody cancels. What
-//! is there then is the picture: pixels that a last pass did not reach have one path less.
+//! is there then is the picture: pixels that a last pass did not reach have fewer paths.
 
 mod albedo;
 mod bsdf;

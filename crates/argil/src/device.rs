@@ -1,8 +1,8 @@
 //! The devices of worlds.
 //!
 //! `methods.rs` lists what a device does, once. The trait [`Device`] declares it (`interface.rs`), `cpu.rs` and `gpu.rs` implement
-//! it, and [`AnyDevice`] calls one of them. Only methods for the frames of a host, such as
-//! [`World::encode_frame`](crate::World::encode_frame), ask for a GPU by name.
+//! it, and [`AnyDevice`] calls one of them. Few methods ask which of them it is: those for the frames and textures of a host, such as
+//! [`World::encode_frame`](crate::World::encode_frame), and those that borrow what the CPU stores.
 
 #[macro_use]
 mod methods;

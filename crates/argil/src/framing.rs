@@ -3,15 +3,17 @@
 //! What is known of a solid without a search is a box that contains it, which may be much larger. Pictures are framed by the surface
 //! itself.
 
-use crate::representation::{clip_box, sampled_box, union_over_time};
+use crate::representation::{clip_box, sampled_box};
 use argil_field::{Program, SurfaceReach};
 use argil_math::Aabb;
 use argil_render::Camera;
 use argil_scene::{CameraPose, Scene, View};
 use glam::Vec3;
 
-/// The share of the image's height that the surface fills, along the longer side of its outline.
+/// The share of the image's height that the surface fills, across or upright.
 const FILLED: f32 = 0.7;
+/// Scenes of more brushes are framed by the box that is known without a search.
+const MANY_BRUSHES: usize = 20_000;
 
 /// How a world is seen at first.
 #[derive(Clone, Copy, Debug)]
@@ -30,22 +32,20 @@ impl Framing {
             let camera = None;
             return Self { bounds, camera };
         }
+        let usual = if solid.is_finite() {
+            solid
+        } else {
+            Aabb::centered(Vec3::ONE)
+        };
+        // What moves stays in the box of all times.
+        if scene.duration().is_some() || program.brush_count() > MANY_BRUSHES {
+            let (bounds, camera) = (usual, None);
+            return Self { bounds, camera };
+        }
         let mut reach = SurfaceReach::new(program, program.aabb());
-        let at_time = |moved: &Scene| {
-            let program = Program::lower(moved);
-            program.map_or(Aabb::EMPTY, |own| surface_box(&own))
-        };
-        let surface = reach.aabb().union(union_over_time(scene, at_time));
-        let bounds = match surface.is_finite() {
-            true => surface,
-            false if solid.is_finite() => solid,
-            false => Aabb::centered(Vec3::ONE),
-        };
-        let camera = match scene.duration() {
-            None => camera_around(&mut reach, bounds, scene.view.field_of_view_degrees),
-            // What moves stays in its box.
-            Some(_) => None,
-        };
+        let surface = reach.aabb();
+        let bounds = if surface.is_finite() { surface } else { usual };
+        let camera = camera_around(&mut reach, bounds, scene.view.field_of_view_degrees);
         Self { bounds, camera }
     }
 
@@ -78,24 +78,18 @@ impl Framing {
     }
 }
 
-/// Returns the box of a program's surface, or the solid's box if that is empty or infinite.
-pub(crate) fn surface_box(program: &Program) -> Aabb {
-    let surface = SurfaceReach::new(program, program.aabb()).aabb();
-    match surface.is_empty() {
-        true => program.aabb(),
-        false => surface,
-    }
-}
-
 /// Returns the height of the lowest point of a surface, or of a box if the surface has none.
 pub(crate) fn lowest_point(program: &Program, bounds: Aabb) -> f32 {
-    let down = SurfaceReach::new(program, program.aabb()).along(Vec3::NEG_Y);
     let told = program.aabb();
-    let told = if told.is_finite() { told } else { bounds };
-    down.map_or(told.min.y, |reach| -reach)
+    let search = || SurfaceReach::new(program, told).along(Vec3::NEG_Y);
+    let down = (program.brush_count() <= MANY_BRUSHES)
+        .then(search)
+        .flatten();
+    let held = if told.is_finite() { told } else { bounds };
+    down.map_or(held.min.y, |reach| -reach)
 }
 
-/// Returns a camera in the usual direction, in whose image the outline of the surface fills a part.
+/// Returns a camera in the usual direction, in whose image the surface fills a part of the height, across or upright.
 fn camera_around(reach: &mut SurfaceReach<'_>, bounds: Aabb, degrees: f32) -> Option<Camera> {
     let CameraPose::Orbit(orbit) = View::default().camera else {
         return None;
@@ -104,17 +98,23 @@ fn camera_around(reach: &mut SurfaceReach<'_>, bounds: Aabb, degrees: f32) -> Op
     let forward = (usual.target - usual.eye).try_normalize()?;
     let right = forward.cross(Vec3::Y).try_normalize()?;
     let up = right.cross(forward);
-    let mut span = |axis: Vec3| Some([-reach.along(-axis)?, reach.along(axis)?]);
-    let spans = [span(right)?, span(up)?, span(forward)?];
-    let [across, high, deep] = spans.map(|[low, high]| 0.5 * (high - low));
-    let middles = spans.map(|[low, high]| 0.5 * (low + high));
-    let half_height = (0.5 * degrees).to_radians().tan();
-    // The outline is about as far away as the middle.
-    let distance = across.max(high) / (FILLED * half_height);
-    let distance = distance.max(1.1 * deep).max(1e-6);
-    let target = right * middles[0] + up * middles[1] + forward * middles[2];
-    Some(Camera {
-        eye: target - distance * forward,
+    let slope = FILLED * (0.5 * degrees).to_radians().tan();
+    // The surface touches four planes through the eye, or two of them.
+    let mut planes = |axis: Vec3| {
+        let low = reach.along(-axis - slope * forward)?;
+        let high = reach.along(axis - slope * forward)?;
+        Some([0.5 * (high - low), -0.5 * (high + low) / slope])
+    };
+    let [across, back_of_width] = planes(right)?;
+    let [high, back_of_height] = planes(up)?;
+    let back = back_of_width.min(back_of_height);
+    let deep = [reach.along(forward)?, -reach.along(-forward)?];
+    let distance = 0.5 * (deep[0] + deep[1]) - back;
+    let eye = across * right + high * up + back * forward;
+    let target = eye + distance.max(1e-6) * forward;
+    let is_finite = eye.is_finite() && target.is_finite();
+    is_finite.then_some(Camera {
+        eye,
         target,
         field_of_view_degrees: degrees,
     })

@@ -84,7 +84,7 @@ impl World {
         Query {
             source: QuerySource::Field,
             world: self,
-            epsilon: 1e-5 * self.view_bounds().half_diagonal().max(1e-3),
+            epsilon: 1e-5 * self.rough_bounds().half_diagonal().max(1e-3),
         }
     }
 

@@ -262,6 +262,11 @@ pub(crate) fn check(camera: &Camera, settings: &RenderSettings) -> Result<(), Re
             return fault(name, v, "a positive number");
         }
     }
+    if let Some(height) = settings.ground_height
+        && !height.is_finite()
+    {
+        return fault("ground_height", height, "a finite number");
+    }
     if !camera.eye.is_finite() || !camera.target.is_finite() {
         return fault("camera", f32::NAN, "at finite coordinates");
     }

@@ -23,7 +23,7 @@ pub use mesh_counts::MeshCounts;
 pub use octree::OctreeOptions;
 pub use options::BuildTimings;
 use options::RepresentationOptions;
-pub(crate) use voxel_grid::{clip_box, has_outgrown, sampled_box, union_over_time, updated_grid};
+pub(crate) use voxel_grid::{clip_box, has_outgrown, sampled_box, updated_grid};
 
 /// Generates [`Representation`] and its conversions from a list.
 macro_rules! representations {

@@ -3,6 +3,7 @@ use argil_render::EnvironmentNotLoaded;
 
 /// The reason why a still cannot be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StillError {
     /// A setting is out of range.
     #[error(transparent)]

@@ -263,6 +263,16 @@ impl World {
         self.framing().bounds
     }
 
+    /// Returns the view's bounds, or a box that contains the solid. No surface is searched for it.
+    pub(crate) fn rough_bounds(&self) -> Aabb {
+        let told = self.tables().aabb();
+        match self.scene.view.bounds {
+            Some([min, max]) => Aabb::new(min.into(), max.into()),
+            None if told.is_finite() => told,
+            None => self.view_bounds(),
+        }
+    }
+
     /// Returns how the world is seen at first.
     pub(crate) fn framing(&self) -> &Framing {
         let frame = || Framing::of(&self.scene, self.program());
@@ -278,11 +288,10 @@ impl World {
 
     /// Forgets the height of the ground, if something that touches it changed in a box.
     fn note_ground(&mut self, dirty_box: Aabb) {
-        if self
-            .ground
-            .get()
-            .is_some_and(|ground| dirty_box.min.y <= *ground)
-        {
+        // It was found about as precisely.
+        let near = self.rough_bounds().size().max_element() / 128.0;
+        let is_near = |ground: &f32| dirty_box.min.y <= *ground + near;
+        if self.ground.get().is_some_and(is_near) {
             self.ground = OnceLock::new();
         }
     }

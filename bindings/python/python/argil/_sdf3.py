@@ -272,8 +272,8 @@ class SDF3(Solid):
     ) -> NDArray[np.uint8]:
         """Returns a picture of the solid: an array (height, width, 3) of sRGB. `size` is width and height in pixels.
 
-        `camera` is azimuth and elevation in degrees, and the distance in multiples of the solid's radius: by default
-        (30, 20, 3.6). `eye` and `target` are points instead. `field_of_view` is in degrees. `show` is "shaded", "normal",
+        `camera` is azimuth and elevation in degrees, and the distance in multiples of the solid's radius. By default,
+        all of the solid is shown from (30, 20). `eye` and `target` are points instead. `field_of_view` is in degrees. `show` is "shaded", "normal",
         "depth" or "heat". `ground` adds a plane below. `sun` is azimuth and elevation in degrees. `samples` are rays per
         pixel, from 1 to 64. `bounds` is the box that is seen.
         """

@@ -3,6 +3,7 @@
 use super::integrator::PathSample;
 use argil_abi::PathPixel;
 use glam::Vec3;
+use std::ops::Range;
 
 /// What the paths of a pixel found: sums.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,9 +92,10 @@ impl Still {
         self.size
     }
 
-    /// Returns the number of paths of a pixel, by its place row by row from the top. 0 outside the still.
-    pub fn samples_at(&self, pixel: usize) -> u32 {
-        self.pixels.get(pixel).map_or(0, |pixel| pixel.count)
+    /// Returns the number of paths of that pixel of a range which has the most. Pixels are counted row by row from the top.
+    pub fn max_samples(&self, pixels: Range<usize>) -> u32 {
+        let pixels = self.pixels.get(pixels).unwrap_or_default();
+        pixels.iter().map(|pixel| pixel.count).max().unwrap_or(0)
     }
 
     /// Returns the number of paths of the pixel that has the fewest.

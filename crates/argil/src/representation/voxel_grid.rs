@@ -39,7 +39,7 @@ pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
 }
 
 /// Returns the union of a box of an animated scene at equally spaced times. Empty for other scenes.
-pub(crate) fn union_over_time(scene: &Scene, at_time: impl Fn(&Scene) -> Aabb) -> Aabb {
+fn union_over_time(scene: &Scene, at_time: impl Fn(&Scene) -> Aabb) -> Aabb {
     let Some(duration) = scene.duration() else {
         return Aabb::EMPTY;
     };
