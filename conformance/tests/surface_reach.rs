@@ -58,7 +58,8 @@ fn surfaces_reach_as_far_as_their_triangles() {
                 loose += usize::from(told > expected + 6.0 * grid.voxel_size);
                 let off = (found - expected) / grid.voxel_size;
                 let place = format!("{}: {direction}: off by {off} voxels", case.name);
-                assert!(off > -0.5, "{place}");
+                // Parts that stick out by less than a 64th may be missed.
+                assert!(off > -1.6, "{place}");
                 // Triangles cut thin edges off.
                 if off > 1.5 {
                     let voxel = grid.voxel_size;

@@ -54,15 +54,12 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         Representation::Field => start.elapsed().as_secs_f64() * 1e3,
         _ => world.build_timings().duration_ms,
     };
-    if let Some(info) = world.volume_info()? {
-        let camera = options
-            .camera
-            .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
-        output::warn_if_clipped_near(&info.voxel_grid, camera.eye.to_array(), &options.scene);
-    }
     let camera = options
         .camera
         .map_or_else(|| world.camera(), |placement| world.camera_at(placement));
+    if let Some(info) = world.volume_info()? {
+        output::warn_if_clipped_near(&info.voxel_grid, camera.eye.to_array(), &options.scene);
+    }
     let settings = settings(options, &world);
 
     let frames = draw(

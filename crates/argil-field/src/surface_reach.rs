@@ -19,10 +19,18 @@ use std::sync::Arc;
 const SIDE: u32 = 4;
 /// How often cubes are cut: to a 4096th of the box.
 const DEPTH: u32 = 6;
-/// The most cubes that are cut in a search, and then the most rays, and the steps of each.
+/// The most cubes that are cut in a search, then those that rays go through, and the steps of a ray.
 const MAX_CUTS: usize = 1024;
-const MAX_RAYS: usize = 4096;
+const MAX_CROSSED: usize = 2048;
 const MAX_STEPS: usize = 16;
+/// Where rays go through a cube: how far from its middle, in halves of its edge.
+const SIDEWAYS: [[f32; 2]; 5] = [
+    [0.0, 0.0],
+    [0.5, 0.5],
+    [-0.5, 0.5],
+    [0.5, -0.5],
+    [-0.5, -0.5],
+];
 /// From this depth on, a second search leaves out cubes in which only a jump of the distance could hide a surface.
 const NEAR_DEPTH: u32 = 2;
 /// Shorter programs are not pruned.
@@ -161,34 +169,40 @@ impl<'a> SurfaceReach<'a> {
         Err(open)
     }
 
-    /// Returns how far the surface reaches where rays meet it that go through the middles of cubes, one a cube. A flat side crosses
-    /// more cubes than can be cut.
+    /// Returns how far the surface reaches where rays meet it that go through cubes, some through each. A flat side crosses more cubes
+    /// than can be cut.
     fn met(&self, direction: Vec3, mut open: BinaryHeap<Candidate>) -> Option<f32> {
         let last = open.peek().map(|best| best.reach);
         let mut evaluator = Evaluator::new(self.program);
         let mut farthest: Option<f32> = None;
-        for _ in 0..MAX_RAYS {
+        let way = direction.normalize_or_zero();
+        let (x, y) = way
+            .try_normalize()
+            .unwrap_or(Vec3::X)
+            .any_orthonormal_pair();
+        for _ in 0..MAX_CROSSED {
             let Some(best) = open.pop() else { break };
             if farthest.is_some_and(|reach| best.reach <= reach) {
                 break;
             }
             let cube = &self.cubes[best.cube as usize];
-            let way = direction.normalize_or_zero();
-            let length = 2.0 * cube.half;
             let begin = cube.center + cube.half * way;
-            let mut t = 0.0;
-            for _ in 0..MAX_STEPS {
-                let p = begin - t * way;
-                let mut d = [0.0];
-                evaluator.distances_with(&cube.around, &[p.x], &[p.y], &[p.z], &mut d);
-                if d[0] <= 1e-3 * cube.half {
-                    let reach = p.dot(direction);
-                    farthest = Some(farthest.map_or(reach, |other| other.max(reach)));
-                    break;
-                }
-                t += d[0] / self.program.lipschitz();
-                if t > length {
-                    break;
+            for side in SIDEWAYS {
+                let from = begin + cube.half * (side[0] * x + side[1] * y);
+                let mut t = 0.0;
+                for _ in 0..MAX_STEPS {
+                    let p = from - t * way;
+                    let mut d = [0.0];
+                    evaluator.distances_with(&cube.around, &[p.x], &[p.y], &[p.z], &mut d);
+                    if d[0] <= 1e-3 * cube.half {
+                        let reach = p.dot(direction);
+                        farthest = Some(farthest.map_or(reach, |other| other.max(reach)));
+                        break;
+                    }
+                    t += d[0] / self.program.lipschitz();
+                    if t > 2.0 * cube.half {
+                        break;
+                    }
                 }
             }
         }
