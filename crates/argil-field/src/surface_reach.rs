@@ -1,11 +1,11 @@
 //! How far a surface reaches in a direction.
 //!
 //! *Theory.* A cube holds no surface if the distance at its center leaves a free ball around it. Of all cubes that may hold the
-//! surface, the one that reaches farthest is cut first: the first small one is the answer (branch and bound: Land and Doig, "An
-//! automatic method of solving discrete programming problems", 1960).
+//! surface, the one that reaches farthest is cut first (branch and bound: Land and Doig, "An automatic method of solving discrete
+//! programming problems", 1960).
 //!
 //! *Practice.* A cube is cut into 4³, which are measured at once, with the program pruned for the cube. All directions share the
-//! cubes.
+//! cubes. Small ones are crossed by rays, until none reaches farther than what rays have met.
 
 use crate::{Evaluator, Program, Pruner};
 use argil_abi::Instruction;
@@ -17,22 +17,22 @@ use std::sync::Arc;
 
 /// Parts of a cube along each axis.
 const SIDE: u32 = 4;
-/// How often cubes are cut: to a 4096th of the box.
-const DEPTH: u32 = 6;
-/// The most cubes that are cut in a search, then those that rays go through, and the steps of a ray.
-const MAX_CUTS: usize = 1024;
-const MAX_CROSSED: usize = 2048;
+/// How often cubes are cut: to a 64th of the box.
+const DEPTH: u32 = 3;
+/// The most cubes that are cut for a direction, then those that rays go through, and the steps of a ray.
+const MAX_CUTS: usize = 4096;
+const MAX_CROSSED: usize = 4096;
 const MAX_STEPS: usize = 16;
-/// Where rays go through a cube: how far from its middle, in halves of its edge.
+/// Where rays go, relative to the one in the middle.
 const SIDEWAYS: [[f32; 2]; 5] = [
     [0.0, 0.0],
-    [0.5, 0.5],
-    [-0.5, 0.5],
-    [0.5, -0.5],
-    [-0.5, -0.5],
+    [1.0, 1.0],
+    [-1.0, 1.0],
+    [1.0, -1.0],
+    [-1.0, -1.0],
 ];
-/// From this depth on, a second search leaves out cubes in which only a jump of the distance could hide a surface.
-const NEAR_DEPTH: u32 = 2;
+/// How often rays come closer to the farthest point.
+const ROUNDS: i32 = 4;
 /// Shorter programs are not pruned.
 const SHORT: usize = 6;
 
@@ -65,8 +65,6 @@ struct Cube {
     center: Vec3,
     half: f32,
     depth: u32,
-    /// Whether it may hold the surface even if no distance jumps.
-    is_near: bool,
     /// The program of the cube around it.
     around: Arc<[Instruction]>,
     /// Its parts that may hold the surface, once it is cut.
@@ -99,6 +97,25 @@ impl Ord for Candidate {
     }
 }
 
+/// A point where a ray meets the surface.
+#[derive(Clone, Copy)]
+struct Meeting {
+    /// The cube whose program gave the distances there.
+    cube: u32,
+    point: Vec3,
+    reach: f32,
+}
+
+/// Returns where five rays begin against a direction: around a point, so far apart, and so far ahead of it.
+fn starts(around: Vec3, [apart, ahead]: [f32; 2], direction: Vec3) -> [Vec3; 5] {
+    let way = direction.normalize_or_zero();
+    let (x, y) = way
+        .try_normalize()
+        .unwrap_or(Vec3::X)
+        .any_orthonormal_pair();
+    SIDEWAYS.map(|side| around + ahead * way + apart * (side[0] * x + side[1] * y))
+}
+
 impl<'a> SurfaceReach<'a> {
     /// Prepares to search a box. An infinite or empty one has no surface.
     pub fn new(program: &'a Program, within: Aabb) -> Self {
@@ -109,7 +126,6 @@ impl<'a> SurfaceReach<'a> {
                 center: within.center(),
                 half,
                 depth: 0,
-                is_near: true,
                 around: program.instructions().into(),
                 parts: None,
             });
@@ -122,92 +138,84 @@ impl<'a> SurfaceReach<'a> {
         }
     }
 
-    /// Returns the largest product of a direction and a point of the surface, to about a thousandth of the box's longest side. Where
-    /// the surface is nearly flat there, parts that stick out by less than a 64th of that side may be missed, and where distances
-    /// are much too short, the result is larger. Returns `None` if there is no surface.
+    /// Returns the largest product of a direction and a point of the surface, to about a thousandth of the box's longest side where
+    /// the surface is smooth. Parts thinner than a 64th of that side may be missed. Returns `None` if there is no surface.
     pub fn along(&mut self, direction: Vec3) -> Option<f32> {
-        let safe = self.search(direction, u32::MAX);
-        let found = safe.or_else(|_| self.search(direction, NEAR_DEPTH));
-        found.unwrap_or_else(|open| self.met(direction, open))
-    }
-
-    /// Returns how far the surface reaches, or, after too many cuts, the cubes that are left. From a depth on, only what is near
-    /// counts.
-    fn search(
-        &mut self,
-        direction: Vec3,
-        near_depth: u32,
-    ) -> Result<Option<f32>, BinaryHeap<Candidate>> {
-        let end = direction.cmpge(Vec3::ZERO);
-        let end = Vec3::select(end, self.within.max, self.within.min).dot(direction);
-        let candidate = |cubes: &[Cube], cube: u32| {
-            let own = &cubes[cube as usize];
-            let reach = own.center.dot(direction) + own.half * direction.abs().element_sum();
-            Candidate {
-                reach: reach.min(end),
-                depth: own.depth,
-                cube,
-            }
-        };
         let mut open = BinaryHeap::new();
-        open.extend((!self.cubes.is_empty()).then(|| candidate(&self.cubes, 0)));
-        for _ in 0..MAX_CUTS {
-            let Some(best) = open.pop() else {
-                return Ok(None);
-            };
-            if best.depth == DEPTH {
-                return Ok(Some(best.reach));
-            }
-            let parts = self.cut(best.cube);
-            let counts = |part: &&u32| {
-                let cube = &self.cubes[**part as usize];
-                cube.is_near || cube.depth < near_depth
-            };
-            let parts = parts.iter().filter(counts);
-            open.extend(parts.map(|&part| candidate(&self.cubes, part)));
-        }
-        Err(open)
-    }
-
-    /// Returns how far the surface reaches where rays meet it that go through cubes, some through each. A flat side crosses more cubes
-    /// than can be cut.
-    fn met(&self, direction: Vec3, mut open: BinaryHeap<Candidate>) -> Option<f32> {
-        let last = open.peek().map(|best| best.reach);
+        open.extend((!self.cubes.is_empty()).then(|| self.candidate(0, direction)));
         let mut evaluator = Evaluator::new(self.program);
-        let mut farthest: Option<f32> = None;
-        let way = direction.normalize_or_zero();
-        let (x, y) = way
-            .try_normalize()
-            .unwrap_or(Vec3::X)
-            .any_orthonormal_pair();
-        for _ in 0..MAX_CROSSED {
+        let mut farthest: Option<Meeting> = None;
+        // Where no ray meets anything, the farthest cube counts as surface.
+        let mut last = None;
+        let (mut cuts, mut crossed) = (0, 0);
+        while crossed < MAX_CROSSED {
             let Some(best) = open.pop() else { break };
-            if farthest.is_some_and(|reach| best.reach <= reach) {
+            if farthest.is_some_and(|met| best.reach <= met.reach) {
                 break;
             }
+            if best.depth < DEPTH && cuts < MAX_CUTS {
+                cuts += 1;
+                let parts = self.cut(best.cube);
+                open.extend(parts.iter().map(|&part| self.candidate(part, direction)));
+                continue;
+            }
+            crossed += 1;
+            last = last.or(Some(best.reach));
             let cube = &self.cubes[best.cube as usize];
-            let begin = cube.center + cube.half * way;
-            for side in SIDEWAYS {
-                let from = begin + cube.half * (side[0] * x + side[1] * y);
-                let mut t = 0.0;
-                for _ in 0..MAX_STEPS {
-                    let p = from - t * way;
-                    let mut d = [0.0];
-                    evaluator.distances_with(&cube.around, &[p.x], &[p.y], &[p.z], &mut d);
-                    if d[0] <= 1e-3 * cube.half {
-                        let reach = p.dot(direction);
-                        farthest = Some(farthest.map_or(reach, |other| other.max(reach)));
-                        break;
-                    }
-                    t += d[0] / self.program.lipschitz();
-                    if t > 2.0 * cube.half {
-                        break;
-                    }
-                }
+            for from in starts(cube.center, [0.5 * cube.half, cube.half], direction) {
+                farthest = self.meet(&mut evaluator, best.cube, (from, direction), farthest);
             }
         }
-        // Without one that meets it, what is left counts as surface.
-        farthest.or(last)
+        // Around the farthest point, closer and closer.
+        for round in 1..=ROUNDS {
+            let Some(met) = farthest else { break };
+            let half = self.cubes[met.cube as usize].half;
+            let apart = 0.5 * half * 0.5f32.powi(round);
+            for from in starts(met.point, [apart, 0.5 * half], direction) {
+                farthest = self.meet(&mut evaluator, met.cube, (from, direction), farthest);
+            }
+        }
+        farthest.map(|met| met.reach).or(last)
+    }
+
+    /// Follows a ray through a cube. Returns where it meets the surface, if that is farther than what was met before.
+    fn meet(
+        &self,
+        evaluator: &mut Evaluator<'_>,
+        cube: u32,
+        (from, direction): (Vec3, Vec3),
+        before: Option<Meeting>,
+    ) -> Option<Meeting> {
+        let own = &self.cubes[cube as usize];
+        let way = direction.normalize_or_zero();
+        let mut t = 0.0;
+        for _ in 0..MAX_STEPS {
+            let point = from - t * way;
+            let mut d = [0.0];
+            evaluator.distances_with(&own.around, &[point.x], &[point.y], &[point.z], &mut d);
+            if d[0] <= 1e-3 * own.half {
+                let reach = point.dot(direction);
+                let met = Meeting { cube, point, reach };
+                return Some(before.filter(|other| other.reach >= reach).unwrap_or(met));
+            }
+            t += d[0] / self.program.lipschitz();
+            if t > 2.0 * own.half {
+                break;
+            }
+        }
+        before
+    }
+
+    fn candidate(&self, cube: u32, direction: Vec3) -> Candidate {
+        let end = direction.cmpge(Vec3::ZERO);
+        let end = Vec3::select(end, self.within.max, self.within.min).dot(direction);
+        let own = &self.cubes[cube as usize];
+        let reach = own.center.dot(direction) + own.half * direction.abs().element_sum();
+        Candidate {
+            reach: reach.min(end),
+            depth: own.depth,
+            cube,
+        }
     }
 
     /// Returns the box of the surface. Empty if there is none.
@@ -231,7 +239,6 @@ impl<'a> SurfaceReach<'a> {
             depth,
             around,
             parts,
-            ..
         } = &self.cubes[cube as usize];
         if let Some(parts) = parts {
             return parts.clone();
@@ -268,14 +275,17 @@ impl<'a> SurfaceReach<'a> {
                 continue;
             }
             // The smallest cubes need not be safe: what jumps is not near all of them.
-            let is_near = distance.abs() <= clear.steepness * radius;
-            let may_hold = clear.radius(distance.abs()) <= radius;
-            if is_near || may_hold && depth < DEPTH {
+            // The smallest cubes need not be safe: what jumps is not near all of them.
+            let may_hold = if depth == DEPTH {
+                distance.abs() <= clear.steepness * radius
+            } else {
+                clear.radius(distance.abs()) <= radius
+            };
+            if may_hold {
                 self.cubes.push(Cube {
                     center,
                     half: part,
                     depth,
-                    is_near,
                     around: list.clone(),
                     parts: None,
                 });
