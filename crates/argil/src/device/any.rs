@@ -20,7 +20,7 @@ use std::borrow::Cow;
 /// The device of a world.
 #[derive(Debug)]
 #[cfg_attr(
-    all(target_pointer_width = "64", feature = "gpu"),
+    feature = "gpu",
     expect(
         clippy::large_enum_variant,
         reason = "worlds are few, and hold megabytes elsewhere"

@@ -21,12 +21,9 @@ use web_time::Instant;
 
 /// What a world stores on the CPU besides its program.
 #[derive(Debug)]
-#[cfg_attr(
-    target_pointer_width = "64",
-    expect(
-        clippy::large_enum_variant,
-        reason = "worlds are few, and hold megabytes elsewhere"
-    )
+#[expect(
+    clippy::large_enum_variant,
+    reason = "worlds are few, and hold megabytes elsewhere"
 )]
 pub(crate) enum CpuDevice {
     Field,
