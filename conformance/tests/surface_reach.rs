@@ -9,13 +9,13 @@ use glam::Vec3;
 
 /// Returns the smallest distance at points that are half a voxel apart, and at least so far in a direction.
 fn nearest_in_slab(program: &Program, voxel: f32, direction: Vec3, least: f32) -> f32 {
-    let told = program.aabb().grown(voxel);
-    let counts = (told.size() / (0.5 * voxel)).ceil().as_uvec3();
+    let known = program.aabb().grown(voxel);
+    let counts = (known.size() / (0.5 * voxel)).ceil().as_uvec3();
     let mut nearest = f32::MAX;
     for z in 0..=counts.z {
         for y in 0..=counts.y {
             for x in 0..=counts.x {
-                let point = told.min + 0.5 * voxel * glam::UVec3::new(x, y, z).as_vec3();
+                let point = known.min + 0.5 * voxel * glam::UVec3::new(x, y, z).as_vec3();
                 if point.dot(direction) >= least {
                     nearest = nearest.min(program.distance(point).abs());
                 }
@@ -34,15 +34,15 @@ fn surfaces_reach_as_far_as_their_triangles() {
     let (mut tested, mut loose) = (0, 0);
     for case in all_cases() {
         let program = Program::lower(&case.scene).expect("a program");
-        let told = program.aabb();
-        if !told.is_finite() {
+        let known = program.aabb();
+        if !known.is_finite() {
             continue;
         }
-        let grid = VoxelGrid::fitting(told, None, 96).expect("a grid");
+        let grid = VoxelGrid::fitting(known, None, 96).expect("a grid");
         let layout = BrickLayout::new(grid, &BrickSettings::default()).expect("a layout");
         let (bricks, _) = Bricks::bake(&program, layout, None).expect("bricks");
         let mesh = march(&bricks).mesh;
-        let mut reach = SurfaceReach::new(&program, told);
+        let mut reach = SurfaceReach::new(&program, known);
         for &axis in &directions {
             for direction in [axis, -axis] {
                 let ends = mesh.positions.iter().map(|p| p.dot(direction));
@@ -53,9 +53,9 @@ fn surfaces_reach_as_far_as_their_triangles() {
                     continue;
                 };
                 tested += 1;
-                let corners = told.corners().into_iter();
-                let told = corners.map(|p| p.dot(direction)).fold(f32::MIN, f32::max);
-                loose += usize::from(told > expected + 6.0 * grid.voxel_size);
+                let corners = known.corners().into_iter();
+                let known = corners.map(|p| p.dot(direction)).fold(f32::MIN, f32::max);
+                loose += usize::from(known > expected + 6.0 * grid.voxel_size);
                 let off = (found - expected) / grid.voxel_size;
                 let place = format!("{}: {direction}: off by {off} voxels", case.name);
                 // Parts that stick out by less than a 64th may be missed.

@@ -9,7 +9,7 @@ use std::time::Instant;
 /// The fewest and the most voxels along the longest side.
 const VOXELS: [f32; 2] = [256.0, 1024.0];
 /// How many times as short a side of the image is that is timed, and its fewest pixels.
-const SHRINK: u32 = 8;
+const SHRINK: u32 = 16;
 const TIMED: u32 = 32;
 /// Paths of a pixel that are timed.
 const PATHS: u32 = 2;

@@ -186,20 +186,20 @@ impl<'a> SurfaceReach<'a> {
         (from, direction): (Vec3, Vec3),
         before: Option<Meeting>,
     ) -> Option<Meeting> {
-        let own = &self.cubes[cube as usize];
+        let crossed = &self.cubes[cube as usize];
         let way = direction.normalize_or_zero();
         let mut t = 0.0;
         for _ in 0..MAX_STEPS {
             let point = from - t * way;
             let mut d = [0.0];
-            evaluator.distances_with(&own.around, &[point.x], &[point.y], &[point.z], &mut d);
-            if d[0] <= 1e-3 * own.half {
+            evaluator.distances_with(&crossed.around, &[point.x], &[point.y], &[point.z], &mut d);
+            if d[0] <= 1e-3 * crossed.half {
                 let reach = point.dot(direction);
                 let met = Meeting { cube, point, reach };
                 return Some(before.filter(|other| other.reach >= reach).unwrap_or(met));
             }
             t += d[0] / self.program.lipschitz();
-            if t > 2.0 * own.half {
+            if t > 2.0 * crossed.half {
                 break;
             }
         }
@@ -209,26 +209,31 @@ impl<'a> SurfaceReach<'a> {
     fn candidate(&self, cube: u32, direction: Vec3) -> Candidate {
         let end = direction.cmpge(Vec3::ZERO);
         let end = Vec3::select(end, self.within.max, self.within.min).dot(direction);
-        let own = &self.cubes[cube as usize];
-        let reach = own.center.dot(direction) + own.half * direction.abs().element_sum();
+        let Cube {
+            center,
+            half,
+            depth,
+            ..
+        } = self.cubes[cube as usize];
+        let reach = center.dot(direction) + half * direction.abs().element_sum();
         Candidate {
             reach: reach.min(end),
-            depth: own.depth,
+            depth,
             cube,
         }
     }
 
     /// Returns the box of the surface. Empty if there is none.
     pub fn aabb(&mut self) -> Aabb {
-        let mut own = Aabb::EMPTY;
+        let mut surface = Aabb::EMPTY;
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             let (Some(high), Some(low)) = (self.along(axis), self.along(-axis)) else {
                 return Aabb::EMPTY;
             };
-            own.max = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(high), own.max);
-            own.min = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(-low), own.min);
+            surface.max = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(high), surface.max);
+            surface.min = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(-low), surface.min);
         }
-        own
+        surface
     }
 
     /// Returns the parts of a cube that may hold the surface.
@@ -270,11 +275,10 @@ impl<'a> SurfaceReach<'a> {
         let clear = self.program.clearance_model(region);
         let first = self.cubes.len() as u32;
         for (center, distance) in centers.into_iter().zip(distances) {
-            let own = Aabb::new(center - part, center + part);
-            if own.intersection(self.within).is_empty() {
+            let bounds = Aabb::new(center - part, center + part);
+            if bounds.intersection(self.within).is_empty() {
                 continue;
             }
-            // The smallest cubes need not be safe: what jumps is not near all of them.
             // The smallest cubes need not be safe: what jumps is not near all of them.
             let may_hold = if depth == DEPTH {
                 distance.abs() <= clear.steepness * radius

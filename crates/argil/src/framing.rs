@@ -54,12 +54,12 @@ impl Framing {
         let usual = View::default();
         let degrees = view.field_of_view_degrees;
         match (view.camera, self.camera) {
-            (camera, Some(own))
+            (camera, Some(fitted))
                 if camera == usual.camera
                     && view.bounds.is_none()
-                    && own.field_of_view_degrees == degrees =>
+                    && fitted.field_of_view_degrees == degrees =>
             {
-                own
+                fitted
             }
             (camera, _) => self.camera_at(camera, degrees),
         }
@@ -80,13 +80,13 @@ impl Framing {
 
 /// Returns the height of the lowest point of a surface, or of a box if the surface has none.
 pub(crate) fn lowest_point(program: &Program, bounds: Aabb) -> f32 {
-    let told = program.aabb();
-    let search = || SurfaceReach::new(program, told).along(Vec3::NEG_Y);
+    let known = program.aabb();
+    let search = || SurfaceReach::new(program, known).along(Vec3::NEG_Y);
     let down = (program.brush_count() <= MANY_BRUSHES)
         .then(search)
         .flatten();
-    let held = if told.is_finite() { told } else { bounds };
-    down.map_or(held.min.y, |reach| -reach)
+    let bounds = if known.is_finite() { known } else { bounds };
+    down.map_or(bounds.min.y, |reach| -reach)
 }
 
 /// Returns a camera in the usual direction, in whose image the surface fills a part of the height, across or upright.

@@ -165,11 +165,11 @@ impl World {
 
     /// Returns settings whose ground touches the scene, unless they say where it is.
     pub(crate) fn grounded(&self, settings: &RenderSettings) -> RenderSettings {
-        let mut own = *settings;
-        if own.ground && own.ground_height.is_none() {
-            own.ground_height = Some(self.ground_height());
+        let mut grounded = *settings;
+        if grounded.ground && grounded.ground_height.is_none() {
+            grounded.ground_height = Some(self.ground_height());
         }
-        own
+        grounded
     }
 
     /// Returns what a device renders.

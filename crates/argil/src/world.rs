@@ -265,10 +265,10 @@ impl World {
 
     /// Returns the view's bounds, or a box that contains the solid. No surface is searched for it.
     pub(crate) fn rough_bounds(&self) -> Aabb {
-        let told = self.tables().aabb();
+        let known = self.tables().aabb();
         match self.scene.view.bounds {
             Some([min, max]) => Aabb::new(min.into(), max.into()),
-            None if told.is_finite() => told,
+            None if known.is_finite() => known,
             None => self.view_bounds(),
         }
     }
