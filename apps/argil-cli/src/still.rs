@@ -188,7 +188,11 @@ impl Picture<'_> {
     fn write(&self, path: &Path, development: &Development) -> anyhow::Result<()> {
         let Some(opacity) = self.opacity else {
             if !is_exr(path) {
-                save_png(path, self.size, &developed(self.radiance, development))?;
+                save_png(
+                    path,
+                    self.size,
+                    &developed(self.radiance, self.size[0], development),
+                )?;
                 return Ok(());
             }
             let pixels = self.radiance.as_flattened().to_vec();
@@ -209,7 +213,7 @@ impl Picture<'_> {
         let own: Vec<[f32; 3]> = all
             .map(|(light, &share)| light.map(|c| c / share.max(1e-3)))
             .collect();
-        let rgb = developed(&own, development);
+        let rgb = developed(&own, self.size[0], development);
         let pixels = rgb
             .chunks_exact(3)
             .zip(opacity)

@@ -82,7 +82,7 @@ impl TracedStill {
             pipeline,
             size: self.still.size(),
             pixels: Pixels::Cpu {
-                rgb: developed(&denoised(&self.still), &development),
+                rgb: developed(&denoised(&self.still), self.still.size()[0], &development),
                 lengths: self.still.distances(),
             },
             frame_ms: self.frame_ms,

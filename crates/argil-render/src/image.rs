@@ -1,5 +1,6 @@
 use crate::ray_stats::RayStatistics;
-use crate::srgb::SRGB;
+use crate::srgb::{Place, SRGB};
+use crate::tile::Tile;
 use argil_abi::{FrameUniform, Hit, MODE_SHADED};
 
 /// A rendered frame.
@@ -31,9 +32,14 @@ impl RenderOutput {
 }
 
 /// Converts accumulated colors to bytes.
-pub(crate) fn show(frame: &FrameUniform, colors: &[[f32; 4]], rgb: &mut [u8]) {
+pub(crate) fn show(frame: &FrameUniform, tile: Tile, colors: &[[f32; 4]], rgb: &mut [u8]) {
     if frame.mode == MODE_SHADED {
-        SRGB.show(colors, rgb);
+        let place = Place {
+            first_x: tile.first_x,
+            first_row: tile.first_row,
+            width: tile.width,
+        };
+        SRGB.show(place, colors, rgb);
         return;
     }
     for (rgb, color) in rgb.chunks_exact_mut(3).zip(colors) {

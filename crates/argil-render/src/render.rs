@@ -148,7 +148,7 @@ pub(crate) fn draw_tile(
     }
     own.rgb.resize(3 * tile.area(), 0);
     if let Some(first) = frames.first() {
-        show(first, &own.colors, &mut own.rgb);
+        show(first, tile, &own.colors, &mut own.rgb);
     }
 }
 

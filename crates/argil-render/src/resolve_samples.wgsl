@@ -6,6 +6,11 @@ fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3(0.0031308));
 }
 
+// Returns the share of the gap to the next byte from which on that is taken.
+fn threshold(x: u32, y: u32) -> f32 {
+    return fract(52.982918 * fract(0.06711056 * f32(x) + 0.00583715 * f32(y)));
+}
+
 // Three bytes of sRGB, and whether at least half of the samples hit a solid.
 @compute @workgroup_size(8, 8)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -15,7 +20,9 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = id.y * frame.width + id.x;
     let color = colors[at];
     let shown = select(color.xyz, srgb_from_linear(max(color.xyz, vec3(0.0))), frame.mode == MODE_SHADED);
-    let bytes = vec3<u32>(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + 0.5);
+    // Light is dithered.
+    let below = select(0.5, 1.0 - threshold(id.x, id.y), frame.mode == MODE_SHADED);
+    let bytes = vec3<u32>(min(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + below, vec3(255.0)));
     let is_hit = select(0u, 1u, color.w >= 0.499);
     pixels[at] = bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (is_hit << 24u);
 }

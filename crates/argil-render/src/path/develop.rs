@@ -1,6 +1,6 @@
 //! Turns light into colors.
 
-use crate::srgb::SRGB;
+use crate::srgb::{Place, SRGB};
 use crate::tones::{agx, tone_mapped};
 use argil_abi as abi;
 use argil_scene::{ToneCurve, View};
@@ -45,14 +45,19 @@ impl Development {
     }
 }
 
-/// Converts light to 8-bit sRGB, three bytes a pixel.
-pub fn developed(radiance: &[[f32; 3]], development: &Development) -> Vec<u8> {
+/// Converts light to 8-bit sRGB, three bytes a pixel, in rows of `width` pixels. It is dithered, so that slow gradients have no bands.
+pub fn developed(radiance: &[[f32; 3]], width: u32, development: &Development) -> Vec<u8> {
     let toned: Vec<[f32; 4]> = radiance
         .iter()
         .map(|&light| development.color(light).extend(0.0).to_array())
         .collect();
     let mut rgb = vec![0; 3 * radiance.len()];
-    SRGB.show(&toned, &mut rgb);
+    let place = Place {
+        first_x: 0,
+        first_row: 0,
+        width,
+    };
+    SRGB.show(place, &toned, &mut rgb);
     rgb
 }
 
