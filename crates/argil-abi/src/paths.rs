@@ -35,8 +35,12 @@ constants! { PATHS:
     LIGHT_ENVIRONMENT = 3;
     /// Lamps of an image without paths.
     MAX_LAMPS = 8;
-    /// Steps of a ray to a lamp.
+    /// Steps of a ray through fog to a lamp.
     LAMP_STEPS = 48;
+    /// Steps of each half of a ray from a surface to a lamp. A software device takes half as many.
+    LAMP_SHADOW_STEPS = 48;
+    /// Points of a lamp that rays lead to where the lamp is half hidden.
+    LAMP_POINTS = 16;
     /// Layers of an image's buffer of colors: the colors, the shares of lamps, light in fog, and bent normals.
     COLOR_LAYERS = 5;
     /// The layer of light in fog.

@@ -2,7 +2,7 @@
 
 use crate::recording::{Destination, FrameKey, GROUP, MoreLight};
 use crate::trace_mode::TraceMode;
-use argil_abi::{FOG_PLACES, FrameUniform};
+use argil_abi::{FOG_PLACES, FrameUniform, LAMP_POINTS};
 
 /// Maximum instructions times pixels of one dispatch and of one submission: a fraction of a second even on a small
 /// GPU, so that no driver considers it hung.
@@ -224,13 +224,13 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
     stages
 }
 
-/// Returns the dispatches that gather light that only some images have. The first step is a number: of a lamp, or of a light at a place
-/// in fog.
+/// Returns the dispatches that gather light that only some images have. The first step is a number: of a lamp
+/// and a point of it, or of a light at a place in fog.
 fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
     let first = first_of_others(way);
     let lights_in_fog = FOG_PLACES * (2 + key.more.lamps);
     let counts = [
-        ("Shade::lamps", key.more.lamps),
+        ("Shade::lamps", key.more.lamps * (LAMP_POINTS + 1)),
         ("Shade::fog", u32::from(key.more.has_fog) * lights_in_fog),
         ("Shade::bent_normals", u32::from(key.more.has_bent_normals)),
     ];

@@ -214,7 +214,8 @@ pub mod wgsl {
     );
     /// Passes before it, for images with lamps, fog or bent normals.
     pub const MORE_LIGHT: &str = concat!(
-        include_str!("more_light.wgsl"),
+        include_str!("lamp_shadows.wgsl"),
+        include_str!("lamp_rays.wgsl"),
         include_str!("haze.wgsl"),
         include_str!("bent.wgsl")
     );

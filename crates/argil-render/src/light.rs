@@ -11,11 +11,16 @@
 mod bent;
 mod frame_fog;
 mod haze;
+mod lamp_rays;
+mod lamp_shadows;
+mod lamp_shape;
 mod lamps;
 mod light_source;
 mod lobes;
 mod more;
+mod patches;
 pub(crate) mod reflect;
+mod shadow_rays;
 mod sky;
 pub(crate) mod sun;
 
@@ -112,7 +117,8 @@ pub(crate) fn light_reach(frame: &FrameUniform) -> (Aabb, f32) {
     let around = bounds.grown(tap + 2.0 * bias);
     // A shadow may be cast from farther away where it is wider, and no ray is longer than the box.
     let penumbra = 2.0 * bounds.half_diagonal() / sun::SHARPNESS;
-    (around, tap.max(penumbra))
+    let lamps = lamp_shadows::reach(frame);
+    (around, tap.max(penumbra).max(lamps))
 }
 
 /// Returns the height of the highest point above a surface that occlusion asks for, for a length of a primary ray.

@@ -23,7 +23,9 @@ fn ambient_occlusion(p: vec3<f32>, n: vec3<f32>, reach: f32) -> f32 {
         closed += weight * max(height - d, 0.0) / height;
         weight *= 0.75;
     }
-    return clamp(1.0 - 0.42 * closed, 0.0, 1.0);
+    // Nearly an exponential: no place is black.
+    let x = 0.5 * closed;
+    return 1.0 / (1.0 + x * (1.0 + x * (0.5 + x / 6.0)));
 }
 
 // Computes the visible fraction of the sun for each hit, in as many dispatches as its steps need.
@@ -74,6 +76,17 @@ fn schlick(mirror: vec3<f32>, cosine: f32, gloss: f32) -> vec3<f32> {
     return mirror + (max(mirror, vec3(gloss)) - mirror) * (m2 * m2 * m);
 }
 
+// Returns the share of light that a dielectric's facets let through to its body and back.
+fn let_through(roughness: f32, cosines: vec2<f32>) -> f32 {
+    let gloss = 1.0 - roughness;
+    let level = 0.95 + 0.036 * roughness * roughness;
+    let rim = 0.065 + 1.09 * (gloss * gloss * gloss);
+    let m = max(1.0 - cosines, vec2(0.0));
+    let m2 = m * m;
+    let own = max(level - rim * (m2 * m2), vec2(0.0));
+    return own.x * own.y / (0.907 + 0.078 * roughness);
+}
+
 // Returns what a surface reflects toward the viewer of light from a direction, times its cosine.
 fn reflected_from(n: vec3<f32>, view: vec3<f32>, light: vec3<f32>, material: GpuMaterial) -> vec3<f32> {
     let base = material.base_roughness.xyz;
@@ -90,11 +103,12 @@ fn reflected_from(n: vec3<f32>, view: vec3<f32>, light: vec3<f32>, material: Gpu
     let peak = max(dot(n, halfway), 0.0);
     let spread = peak * peak * (alpha2 - 1.0) + 1.0;
     let lobe = alpha2 / (PI * spread * spread);
-    let k = (roughness + 1.0) * (roughness + 1.0) * 0.125;
     let height = max(dot(n, light), 0.0);
-    let visibility = 0.25 / ((facing * (1.0 - k) + k) * (height * (1.0 - k) + k));
+    let cosines = vec2(facing, height);
+    let hidden = sqrt(cosines * cosines * (1.0 - alpha2) + alpha2);
+    let visibility = 0.5 / (height * hidden.x + facing * hidden.y);
     let fresnel = schlick(mirror, max(dot(view, halfway), 0.0), 1.0);
-    return (body / PI + fresnel * (lobe * visibility)) * height;
+    return (body / PI * let_through(roughness, cosines) + fresnel * (lobe * visibility)) * height;
 }
 
 // Returns what a surface reflects of all lamps.
@@ -106,20 +120,24 @@ fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, material: Gp
     let lamp_count = per_thread(frame.lamp_count, at);
     for (var nth = 0u; nth < lamp_count; nth++) {
         let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
-        let lamp = lamp_at(nth, p);
+        let lamp = lamp_above(nth, p, n);
         let passed = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
         sum += reflected_from(n, view, lamp.direction, material) * lamp.light * (share * passed);
     }
     return sum;
 }
 
-// Returns light with that of the fog in front of it.
-fn through_fog(at: u32, light: vec3<f32>) -> vec3<f32> {
-    if !HAS_MORE_LIGHT || per_thread(u32(frame.fog_density > 0.0), at) == 0u {
+// Returns light with that of the fog and of the lamps in front of it.
+fn with_more(at: u32, ray: Ray, reach: f32, light: vec3<f32>) -> vec3<f32> {
+    if !HAS_MORE_LIGHT {
         return light;
     }
+    let seen = lamps_seen(ray, reach, per_thread(frame.lamp_count, at));
+    if per_thread(u32(frame.fog_density > 0.0), at) == 0u {
+        return light + seen;
+    }
     let found = colors[layer_at(FOG_LAYER, at)];
-    return light * found.w + found.xyz / f32(FOG_PLACES) * frame.fog_albedo * (1.0 - found.w);
+    return light * found.w + found.xyz / f32(FOG_PLACES) * frame.fog_albedo * (1.0 - found.w) + seen;
 }
 
 // Returns the light that a surface sends toward the viewer. `open` is where the sky's light comes from, and its share.
@@ -198,7 +216,7 @@ fn material_of(ray: Ray, hit: Hit) -> GpuMaterial {
 
 fn shaded(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> vec3<f32> {
     if hit.kind == HIT_NONE {
-        return tone_map(through_fog(at, sky(ray.direction)));
+        return tone_map(with_more(at, ray, UNLIMITED, sky(ray.direction)));
     }
     let p = ray.origin + ray.direction * hit.normal_t.w;
     let n = hit.normal_t.xyz;
@@ -211,7 +229,8 @@ fn shaded(at: u32, ray: Ray, hit: Hit, material: GpuMaterial, sunlit: f32) -> ve
     } else if hit.kind != HIT_GROUND || (all(p >= low) && all(p <= high)) {
         open.w = ambient_occlusion(p, n, reach_at(hit.normal_t.w));
     }
-    return tone_map(through_fog(at, shade_surface(at, ray, hit, material, sunlit, open)));
+    let own = shade_surface(at, ray, hit, material, sunlit, open);
+    return tone_map(with_more(at, ray, hit.normal_t.w, own));
 }
 
 fn put(at: u32, kind: u32, color: vec3<f32>) {

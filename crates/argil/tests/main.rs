@@ -22,6 +22,7 @@ mod host_views;
 #[cfg(feature = "gpu")]
 mod image_textures;
 mod iso_levels;
+mod lamps;
 mod levels;
 mod levels_common;
 mod levels_walk;

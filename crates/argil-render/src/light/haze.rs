@@ -8,7 +8,8 @@
 //! 2014), so that steps become noise.
 
 use super::frame_fog::{fog_of, passed};
-use super::lamps::{LampLight, LampRays, lamp_at};
+use super::lamp_rays::LampRays;
+use super::lamps::{LampLight, lamp_at};
 use super::light_source::LightSource;
 use crate::path::fog;
 use crate::ray_batch::Points;

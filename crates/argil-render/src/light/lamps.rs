@@ -1,23 +1,24 @@
 //! Lamps: lights besides the sun. `lamps.wgsl` is the twin.
 //!
-//! *Theory.* A surface receives the light of a sphere's middle, and of all of a rectangle. Its shadow is as soft as the lamp looks wide from there: a ray's
-//! share is the smallest ratio of distance to way, times the distance of the lamp over its radius (after Quilez, "Soft shadows in
-//! raymarched SDFs", 2010).
+//! *Theory.* A surface receives the light of all of a sphere or rectangle that is above its horizon, in closed form (rectangles:
+//! Lambert 1760; spheres: Snyder, "Area light sources for real-time graphics", 1996), times the share that its shadow leaves
+//! (Heitz et al., "Combining analytic direct illumination and stochastic shadows", 2018).
 
 use super::frame_fog::passed;
+use super::lamp_shadows::LampShadows;
 use super::light_source::LightSource;
 use super::lobes::{mix, reflected_from};
-use crate::camera::bounds_of;
 use crate::ray_batch::Points;
 use crate::surfaces::Surfaces;
 use argil_abi::{self as abi, FrameUniform, GpuMaterial};
-use argil_math::Ray;
 use glam::Vec3;
+use std::f32::consts::PI;
 
 /// Reciprocals of the tangents of the widest and the narrowest penumbra's half angle.
 const SHARPNESS: [f32; 2] = [3.0, 200.0];
-/// At this share, a ray ends as shadowed.
-const DARK: f32 = 0.005;
+
+/// Spheres below this radius are points, which are not seen.
+const LEAST_RADIUS: f32 = 1e-5;
 
 /// A lamp, as seen from a point.
 pub(super) struct LampLight {
@@ -25,12 +26,17 @@ pub(super) struct LampLight {
     pub distance: f32,
     /// What a surface receives that faces it.
     pub light: Vec3,
-    /// Of its shadow.
+    /// Of its shadow in fog.
     pub sharpness: f32,
 }
 
-/// Returns what a lamp brings to a point, from its four rows.
+/// Returns what a lamp brings to a point in fog, from its four rows.
 pub(super) fn lamp_at(rows: &[[f32; 4]], p: Vec3) -> LampLight {
+    lamp_above(rows, p, Vec3::ZERO)
+}
+
+/// Returns what a lamp brings to a surface. What is below its horizon does not shine on it.
+pub(super) fn lamp_above(rows: &[[f32; 4]], p: Vec3, n: Vec3) -> LampLight {
     let xyz = |row: usize| Vec3::from_slice(&rows[row]);
     let soft = |sharpness: f32| sharpness.clamp(SHARPNESS[0], SHARPNESS[1]);
     let kind = rows[0][3] as u32;
@@ -51,14 +57,15 @@ pub(super) fn lamp_at(rows: &[[f32; 4]], p: Vec3) -> LampLight {
     if kind == abi::LIGHT_SPHERE {
         let radius = rows[1][3];
         let share = cone_share(rows, -direction);
+        let (direction, above) = sphere_above(n, direction, radius * radius / square);
         return LampLight {
             direction,
             distance,
-            light: xyz(1) * (share / square.max(radius * radius)),
+            light: xyz(1) * (share * above / square),
             sharpness: soft(distance / radius.max(1e-6)),
         };
     }
-    let flow = rectangle_flow(rows, to);
+    let flow = rectangle_flow(rows, to, n);
     let size = flow.length();
     LampLight {
         direction: if size > 0.0 { flow / size } else { direction },
@@ -68,9 +75,33 @@ pub(super) fn lamp_at(rows: &[[f32; 4]], p: Vec3) -> LampLight {
     }
 }
 
+/// Returns the direction from which a sphere shines on a surface, and what that receives from there, relative to a point of light.
+/// `size` is the square of the sine of half the angle that the sphere fills. A normal of zero has no horizon.
+fn sphere_above(n: Vec3, direction: Vec3, size: f32) -> (Vec3, f32) {
+    if size >= 1.0 {
+        // Nothing shines inward.
+        return (direction, 0.0);
+    }
+    let (cosine, sine) = (n.dot(direction), size.sqrt());
+    if n == Vec3::ZERO || cosine >= sine {
+        return (direction, 1.0);
+    }
+    if cosine <= -sine {
+        return (direction, 0.0);
+    }
+    let toward = (direction + 0.5 * (sine - cosine) * n).normalize();
+    let side = (1.0 - cosine * cosine).max(1e-12).sqrt();
+    let x = (1.0 / size - 1.0).max(1e-12).sqrt();
+    let y = (-x * cosine / side).clamp(-1.0, 1.0);
+    let across = side * (1.0 - y * y).sqrt();
+    let received = (cosine * y.acos() - x * across) * size + (across / x).atan();
+    let received = received.max(0.0) / (PI * size);
+    (toward, received / n.dot(toward).max(1e-6))
+}
+
 /// Returns the direction from which a rectangle shines on average, times what a surface receives that faces it, for a radiance of 1: a sum
-/// over its sides (Lambert 1760). `to` leads to its center.
-fn rectangle_flow(rows: &[[f32; 4]], to: Vec3) -> Vec3 {
+/// over the sides of what is above the horizon (Lambert 1760). `to` leads to its center.
+fn rectangle_flow(rows: &[[f32; 4]], to: Vec3, n: Vec3) -> Vec3 {
     let [width, height] = [2, 3].map(|row: usize| Vec3::from_slice(&rows[row]) * rows[row][3]);
     if to.dot(width.cross(height)) >= 0.0 {
         return Vec3::ZERO;
@@ -80,27 +111,40 @@ fn rectangle_flow(rows: &[[f32; 4]], to: Vec3) -> Vec3 {
         to - width + height,
         to + width + height,
         to + width - height,
-    ]
-    .map(Vec3::normalize_or_zero);
+    ];
     let mut sum = Vec3::ZERO;
+    // Where the outline goes below the horizon, and where it comes back.
+    let (mut leaves, mut returns) = (Vec3::ZERO, Vec3::ZERO);
     for nth in 0..4 {
         let (a, b) = (corners[nth], corners[(nth + 1) % 4]);
-        let across = a.cross(b);
-        let sine = across.length();
-        // Narrow sides are as long as their angle.
-        let ratio = if sine > 1e-4 {
-            sine.atan2(a.dot(b)) / sine
-        } else {
-            1.0
-        };
-        sum += 0.5 * ratio * across;
+        let (above_a, above_b) = (n.dot(a), n.dot(b));
+        if above_a < 0.0 && above_b < 0.0 {
+            continue;
+        }
+        let (mut from, mut until) = (a, b);
+        if above_a < 0.0 {
+            from = a + (b - a) * (above_a / (above_a - above_b));
+            returns = from;
+        } else if above_b < 0.0 {
+            until = a + (b - a) * (above_a / (above_a - above_b));
+            leaves = until;
+        }
+        sum += flow_of_side(from, until);
     }
-    sum
+    sum + flow_of_side(leaves, returns)
 }
 
-/// Returns where a lamp's shadow begins that is seen from a surface: above it, but not beyond the lamp.
-fn shadow_start(p: Vec3, n: Vec3, lift: f32, lamp: &LampLight) -> Vec3 {
-    p + n * lift.min(0.05 * lamp.distance)
+fn flow_of_side(a: Vec3, b: Vec3) -> Vec3 {
+    let (a, b) = (a.normalize_or_zero(), b.normalize_or_zero());
+    let across = a.cross(b);
+    let sine = across.length();
+    // Narrow sides are as long as their angle.
+    let ratio = if sine > 1e-4 {
+        sine.atan2(a.dot(b)) / sine
+    } else {
+        1.0
+    };
+    0.5 * ratio * across
 }
 
 /// Returns the share of a sphere's light that its cone lets through.
@@ -114,148 +158,25 @@ fn cone_share(rows: &[[f32; 4]], away: Vec3) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A ray to a lamp.
-#[derive(Clone, Copy, Debug)]
-struct LampRay {
-    id: u32,
-    origin: Vec3,
-    direction: Vec3,
-    t: f32,
-    end: f32,
-    share: f32,
-    sharpness: f32,
-    min_step: f32,
-}
-
-/// Rays to lamps that march together.
-#[derive(Debug, Default)]
-pub(super) struct LampRays {
-    rays: Vec<LampRay>,
-    /// The share of each ray, by its id.
-    pub shares: Vec<f32>,
-}
-
-impl LampRays {
-    pub(super) fn clear(&mut self) {
-        self.rays.clear();
-        self.shares.clear();
-    }
-
-    /// Adds a ray, whose id is the number of those before. What leaves the solids' box is lit.
-    pub(super) fn push(
-        &mut self,
-        frame: &FrameUniform,
-        origin: Vec3,
-        lamp: &LampLight,
-        min_step: f32,
-    ) {
-        let id = self.shares.len() as u32;
-        self.shares.push(1.0);
-        let ray = Ray {
-            origin,
-            direction: lamp.direction,
-        };
-        let Some((near, far)) = ray.span(bounds_of(frame)) else {
-            return;
-        };
-        let end = far.min(lamp.distance);
-        if near < end {
-            self.rays.push(LampRay {
-                id,
-                origin,
-                direction: lamp.direction,
-                t: near,
-                end,
-                share: 1.0,
-                sharpness: lamp.sharpness,
-                min_step,
-            });
-        }
-    }
-
-    /// Leaves a place for a ray that is not needed.
-    pub(super) fn skip(&mut self) {
-        self.shares.push(0.0);
-    }
-
-    /// Marches all rays, and fills in their shares.
-    pub(super) fn march(
-        &mut self,
-        frame: &FrameUniform,
-        source: &mut LightSource<'_, '_>,
-        points: &mut Points,
-    ) {
-        let (batch, far) = (source.batch(), source.far());
-        for _ in 0..abi::LAMP_STEPS {
-            if self.rays.is_empty() {
-                break;
-            }
-            for rays in self.rays.chunks_mut(batch) {
-                points.clear();
-                for ray in rays.iter() {
-                    points.push(ray.origin + ray.t * ray.direction);
-                }
-                source.measure(points);
-                for (ray, &d) in rays.iter_mut().zip(&points.d) {
-                    let own = if d < far {
-                        (ray.sharpness * d / ray.t.max(frame.epsilon)).clamp(0.0, 1.0)
-                    } else {
-                        1.0
-                    };
-                    ray.share = ray.share.min(own);
-                    ray.t += (d * frame.inv_lipschitz).max(ray.min_step);
-                    if own <= DARK {
-                        ray.end = -1.0;
-                    }
-                }
-            }
-            let shares = &mut self.shares;
-            self.rays.retain(|ray| {
-                shares[ray.id as usize] = smooth(ray.share);
-                ray.t < ray.end
-            });
-        }
-    }
-}
-
-fn smooth(share: f32) -> f32 {
-    share * share * (3.0 - 2.0 * share)
-}
-
 /// Adds what surfaces reflect of all lamps.
 pub(super) fn gather(
     frame: &FrameUniform,
     (surfaces, materials): (&Surfaces, &[GpuMaterial]),
     source: &mut LightSource<'_, '_>,
     points: &mut Points,
-    rays: &mut LampRays,
+    shadows: &mut LampShadows,
     out: &mut Vec<Vec3>,
 ) {
     out.clear();
     out.resize(surfaces.len(), Vec3::ZERO);
-    let (lift, step) = (source.lift(frame), source.min_step(frame));
     for rows in frame.lamps.chunks(4).take(frame.lamp_count as usize) {
-        rays.clear();
-        for i in 0..surfaces.len() {
-            let (p, n, length) = (surfaces.point(i), surfaces.normal(i), surfaces.length[i]);
-            let lamp = lamp_at(rows, p);
-            let origin = shadow_start(p, n, lift.at(length), &lamp);
-            if n.dot(lamp.direction) > 0.0 && lamp.light.max_element() > 0.0 {
-                rays.push(frame, origin, &lamp, step.at(length));
-            } else {
-                rays.skip();
+        let shares = shadows.gather(frame, rows, surfaces, source, points);
+        for (i, &share) in shares.iter().enumerate() {
+            if share <= 0.0 {
+                continue;
             }
-        }
-        rays.march(frame, source, points);
-        for (i, &share) in rays
-            .shares
-            .iter()
-            .enumerate()
-            .filter(|(_, share)| **share > 0.0)
-        {
-            let n = surfaces.normal(i);
-            let p = surfaces.point(i);
-            let lamp = lamp_at(rows, p);
+            let (p, n) = (surfaces.point(i), surfaces.normal(i));
+            let lamp = lamp_above(rows, p, n);
             let [r, g, b, roughness] = materials[i].base_roughness;
             let (base, metallic) = (Vec3::new(r, g, b), materials[i].emission_metallic[3]);
             let body = base * (1.0 - metallic);
@@ -265,5 +186,50 @@ pub(super) fn gather(
             let clear = passed(frame, p, lamp.direction, lamp.distance);
             out[i] += reflected * lamp.light * (share * clear);
         }
+    }
+}
+
+/// Adds the lamps that samples show: spheres and rectangles in front of what a sample hits. Fog dims them.
+pub(super) fn look(frame: &FrameUniform, samples: &Surfaces, out: &mut Vec<Vec3>) {
+    out.clear();
+    out.resize(samples.len(), Vec3::ZERO);
+    let eye = Vec3::from(frame.eye);
+    for rows in frame.lamps.chunks(4).take(frame.lamp_count as usize) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let is_sky = samples.kind[i] == abi::HIT_NONE;
+            let reach = if is_sky { f32::MAX } else { samples.length[i] };
+            let direction = samples.ray(i);
+            if let Some((length, radiance)) = met(rows, eye, direction)
+                && length < reach
+            {
+                *out += radiance * passed(frame, eye, direction, length);
+            }
+        }
+    }
+}
+
+/// Returns where a ray meets a lamp, and what comes from there.
+fn met(rows: &[[f32; 4]], eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+    let xyz = |row: usize| Vec3::from_slice(&rows[row]);
+    let to = xyz(0) - eye;
+    match rows[0][3] as u32 {
+        abi::LIGHT_SPHERE => {
+            let square = rows[1][3] * rows[1][3];
+            let along = to.dot(direction);
+            let inside = square - (to - along * direction).length_squared();
+            let length = along - inside.max(0.0).sqrt();
+            let light = xyz(1) * (cone_share(rows, -direction) / (PI * square).max(1e-20));
+            (inside > 0.0 && length > 0.0 && rows[1][3] >= LEAST_RADIUS).then_some((length, light))
+        }
+        abi::LIGHT_RECTANGLE => {
+            let (width, height) = (xyz(2), xyz(3));
+            let out = width.cross(height);
+            let facing = out.dot(direction);
+            let length = out.dot(to) / facing.min(-1e-20);
+            let p = length * direction - to;
+            let is_in = p.dot(width).abs() < rows[2][3] && p.dot(height).abs() < rows[3][3];
+            (facing < 0.0 && length > 0.0 && is_in).then_some((length, xyz(1)))
+        }
+        _ => None,
     }
 }

@@ -1,7 +1,8 @@
 //! Light that only some images have: lamps, fog, and bent normals.
 
 use super::frame_fog::passed;
-use super::lamps::LampRays;
+use super::lamp_rays::LampRays;
+use super::lamp_shadows::LampShadows;
 use super::light_source::LightSource;
 use super::{bent, haze, lamps};
 use crate::ray_batch::Points;
@@ -14,6 +15,9 @@ use glam::{Vec3, Vec4, vec3};
 pub(crate) struct MoreLight {
     /// What surfaces reflect of lamps.
     lamps: Vec<Vec3>,
+    /// The lamps in front of surfaces and of the sky.
+    seen: Vec<Vec3>,
+    sky_seen: Vec<Vec3>,
     /// Light from fog in front of surfaces and of the sky, and the share of light that passes it.
     fog: Vec<Vec4>,
     sky_fog: Vec<Vec4>,
@@ -21,6 +25,7 @@ pub(crate) struct MoreLight {
     sunny: Vec<f32>,
     bent: [Vec<f32>; 3],
     rays: LampRays,
+    shadows: LampShadows,
 }
 
 impl MoreLight {
@@ -36,19 +41,26 @@ impl MoreLight {
     ) {
         let Self {
             lamps,
+            seen,
+            sky_seen,
             fog,
             sky_fog,
             sunny,
             bent,
             rays,
+            shadows,
         } = self;
         sunny.clear();
         lamps.clear();
+        seen.clear();
+        sky_seen.clear();
         fog.clear();
         sky_fog.clear();
         bent.iter_mut().for_each(Vec::clear);
         if frame.lamp_count > 0 {
-            lamps::gather(frame, (surfaces, materials), source, points, rays, lamps);
+            lamps::gather(frame, (surfaces, materials), source, points, shadows, lamps);
+            lamps::look(frame, surfaces, seen);
+            lamps::look(frame, sky_samples, sky_seen);
         }
         if frame.fog_density > 0.0 {
             haze::gather(frame, surfaces, source, points, rays, fog);
@@ -92,6 +104,7 @@ impl MoreLight {
             }
         }
         mix_fog(&self.fog, first, n, colors);
+        add(&self.seen, first, n, colors);
     }
 
     /// Adds to the colors of `n` samples that show the sky.
@@ -102,6 +115,15 @@ impl MoreLight {
         colors: &mut [[f32; N]; 3],
     ) {
         mix_fog(&self.sky_fog, first, n, colors);
+        add(&self.sky_seen, first, n, colors);
+    }
+}
+
+fn add<const N: usize>(light: &[Vec3], first: usize, n: usize, colors: &mut [[f32; N]; 3]) {
+    for (i, own) in light.iter().skip(first).take(n).enumerate() {
+        for (lanes, own) in colors.iter_mut().zip(own.to_array()) {
+            lanes[i] += own;
+        }
     }
 }
 
