@@ -38,6 +38,7 @@ pub(crate) fn settings(
         } else {
             own.max_steps
         },
+        heat_steps: Some(256),
         ..own
     }
 }

@@ -9,6 +9,7 @@ mod devices;
 mod edit;
 mod export;
 mod failure;
+mod heat_legend;
 mod import;
 mod info;
 mod input;

@@ -353,3 +353,9 @@ pub(crate) fn picture_path(options: &RenderArgs) -> anyhow::Result<Option<PathBu
         .context("the scene's path has no file name")?;
     Ok(Some(Path::new(name).with_extension("png")))
 }
+
+/// `pot.png` → `pot-0007.png`.
+pub(crate) fn numbered(path: &Path, i: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{i:04}.png"))
+}

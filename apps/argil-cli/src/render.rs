@@ -1,7 +1,7 @@
 //! `argil render`.
 
 use crate::args::RenderArgs;
-use crate::{input, output};
+use crate::{heat_legend, input, output};
 use anyhow::Context;
 use argil::render::{Camera, RenderMode, RenderSettings, ViewLight};
 use argil::scene::{CameraPath, Scene};
@@ -9,7 +9,7 @@ use argil::volume::{FillStats, Levels};
 use argil::{Orbit, RenderedImage, Representation, World};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
@@ -124,7 +124,8 @@ fn draw(
         refined = world.refine(&camera, settings)?;
         let mut counted = *settings;
         counted.statistics = true;
-        let drawn = world.render(&camera, &counted)?;
+        let mut drawn = world.render(&camera, &counted)?;
+        heat_legend::draw(&mut drawn);
         if let Some(path) = picture {
             drawn.save(path)?;
         }
@@ -267,9 +268,11 @@ impl<'a> Reel<'a> {
         let is_last = self.progress.length() == Some(self.times.len() as u64 + 1);
         let mut settings = *self.settings;
         settings.statistics = is_last;
-        let drawn = world.render(camera, &settings)?;
+        settings.heat_steps = self.last.as_ref().and_then(|before| before.heat_steps);
+        let mut drawn = world.render(camera, &settings)?;
+        heat_legend::draw(&mut drawn);
         if let Some(path) = self.path {
-            drawn.save(numbered(path, self.times.len()))?;
+            drawn.save(output::numbered(path, self.times.len()))?;
         }
         self.times.push(drawn.duration_ms);
         self.coarse.extend(world.levels().map(Levels::coarse_share));
@@ -303,12 +306,6 @@ fn animate(
     Ok(())
 }
 
-/// `pot.png` → `pot-0007.png`.
-fn numbered(path: &Path, i: usize) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{i:04}.png"))
-}
-
 /// Returns the JSON report. Times of the build, of frames and of edits are in milliseconds.
 fn json_report(
     world: &World,
@@ -333,6 +330,7 @@ fn json_report(
         "fetches": output::spread(statistics.steps),
         "memory_bytes": world.memory_bytes(),
         "gpu": output::gpu_counters(world.engine()),
+        "heat_steps": drawn.heat_steps,
         "hit_pixels": drawn.hit_pixels,
         "picture": picture.map(|p| p.display().to_string()),
     });

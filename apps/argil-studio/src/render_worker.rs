@@ -328,13 +328,11 @@ fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
         RenderMode::Normal
     };
     let own = world.render_settings(request.size, show);
+    let is_heat = show == RenderMode::Heat;
     RenderSettings {
         samples: if request.is_still { own.samples } else { 1 },
-        max_steps: if show == RenderMode::Heat {
-            256
-        } else {
-            own.max_steps
-        },
+        max_steps: own.max_steps.min(if is_heat { 256 } else { u32::MAX }),
+        heat_steps: Some(256),
         statistics: request.counts_rays,
         ..own
     }

@@ -79,7 +79,7 @@ shared_struct! {
         far: f32,
         /// Depth that is rendered white.
         depth_near: f32,
-        /// Depth that is rendered black.
+        /// Depth that is rendered black. In the mode of heat, steps that are rendered red.
         depth_far: f32,
         /// Width of a pixel at distance 1.
         pixel_width: f32,

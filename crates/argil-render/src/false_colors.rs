@@ -30,9 +30,9 @@ pub(crate) fn id_color(hit: &Hit) -> Vec3 {
     vec3(channel(8), channel(16), channel(24)) * light
 }
 
-/// Returns blue, green, yellow, red for 0 to 256 steps.
-pub(crate) fn heat(steps: u32) -> Vec3 {
-    let s = (steps as f32 / 256.0).clamp(0.0, 1.0) * 3.0;
+/// Returns blue, green, yellow, red for no steps up to as many as the frame's far depth is in this mode.
+pub(crate) fn heat(frame: &FrameUniform, steps: u32) -> Vec3 {
+    let s = (steps as f32 / frame.depth_far).clamp(0.0, 1.0) * 3.0;
     let red = (s - 1.0).clamp(0.0, 1.0);
     let green = s.clamp(0.0, 1.0) - (s - 2.0).clamp(0.0, 1.0);
     let blue = (1.0 - s).clamp(0.0, 1.0);

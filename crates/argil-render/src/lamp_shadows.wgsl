@@ -2,7 +2,7 @@
 //
 // *Length.* One pass, whose functions no other pass uses.
 
-const PLANE: f32 = 0.9;
+const LAMP_PLANE: f32 = 0.9;
 const NARROW: f32 = 1.0 / 400.0;
 const RELAXED: f32 = 1.8;
 const NEAR_END: f32 = 0.999;
@@ -48,7 +48,10 @@ fn lamp_shape(nth: u32) -> LampShape {
 
 fn seen_from(lamp: LampShape, p: vec3<f32>) -> SeenLamp {
     if any(lamp.width != vec3(0.0)) {
-        return SeenLamp(lamp.center, lamp.radius, lamp.width, lamp.extent, lamp.height, false);
+        // A cone around the middle holds the near corners, too.
+        let to = lamp.center - p;
+        let wider = inverseSqrt(max(1.0 - lamp.radius * lamp.radius / max(dot(to, to), 1e-20), 0.01));
+        return SeenLamp(lamp.center, lamp.radius * wider, lamp.width, lamp.extent, lamp.height, false);
     }
     var middle = p + lamp.center * frame.far;
     var radius = lamp.radius;
@@ -113,12 +116,16 @@ fn march_to_lamp(lamp: LampShape, surface: Ray, length: f32, to: vec3<f32>, radi
             let t = select(end - s, span.x + s, side == 0u);
             let d = light_distance(origin + direction * t);
             let at = begin + gains * t;
-            let own = max(min(at.x, PLANE * max(min(at.y, at.z), 0.0)), 1e-20);
-            if d <= -select(at.x, own, is_point) {
+            let planes = LAMP_PLANE * max(min(at.y, at.z), 0.0);
+            let own = max(min(at.x, planes), 1e-20);
+            let safe = abs(d) * frame.inv_lipschitz;
+            // Whole cones take the distance that is certain, and points the likely one.
+            let certain = select(sign(d) * safe, d, is_point);
+            if certain <= -select(at.x, own, is_point) {
                 return -1.0;
             }
-            least = min(least, max(d / own, select(-0.99, -1.0, is_point)));
-            let safe = abs(d) * frame.inv_lipschitz;
+            let free = max(certain / max(at.x, 1e-20), d / max(planes, 1e-20));
+            least = min(least, max(free, select(-0.99, -1.0, is_point)));
             if last.x > last.y + safe {
                 // The balls around both places do not touch.
                 s += last.y - last.x;

@@ -50,19 +50,29 @@ fn sphere_above(n: vec3<f32>, direction: vec3<f32>, size: f32) -> vec4<f32> {
     let cosine = dot(n, direction);
     let sine = sqrt(size);
     // Nothing shines inward.
-    if size >= 1.0 || cosine <= -sine {
+    if size >= 1.0 {
         return vec4(direction, 0.0);
     }
     if all(n == vec3(0.0)) || cosine >= sine {
         return vec4(direction, 1.0);
     }
+    if cosine <= -sine {
+        return vec4(direction, 0.0);
+    }
     let toward = normalize(direction + 0.5 * (sine - cosine) * n);
+    let facing = max(dot(n, toward), 1e-6);
+    if size < 1e-3 {
+        // A flat disc.
+        let t = cosine / sine;
+        let own = t * (0.5 * PI + asin(t)) + sqrt(1.0 - t * t) * (2.0 + t * t) / 3.0;
+        return vec4(toward, sine * max(own, 0.0) / PI / facing);
+    }
     let side = sqrt(max(1.0 - cosine * cosine, 1e-12));
     let x = sqrt(max(1.0 / size - 1.0, 1e-12));
     let y = clamp(-x * cosine / side, -1.0, 1.0);
     let across = side * sqrt(1.0 - y * y);
     let received = (cosine * acos(y) - x * across) * size + atan(across / x);
-    return vec4(toward, max(received, 0.0) / (PI * size) / max(dot(n, toward), 1e-6));
+    return vec4(toward, max(received, 0.0) / (PI * size) / facing);
 }
 
 // Returns the direction from which a rectangle shines on average, times what a surface receives that faces it.
@@ -93,9 +103,9 @@ fn rectangle_flow(to: vec3<f32>, width: vec3<f32>, height: vec3<f32>, n: vec3<f3
     return sum + flow_of_side(leaves, returns);
 }
 
-fn flow_of_side(from: vec3<f32>, to: vec3<f32>) -> vec3<f32> {
-    let a = direction_or_zero(from);
-    let b = direction_or_zero(to);
+fn flow_of_side(start: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
+    let a = direction_or_zero(start);
+    let b = direction_or_zero(end);
     let across = cross(a, b);
     let sine = length(across);
     // Narrow sides are as long as their angle.

@@ -1,7 +1,7 @@
 //! A camera as a matrix, as renderers have it.
 
 use crate::Camera;
-use argil_abi::FrameUniform;
+use argil_abi::{FrameUniform, MODE_HEAT};
 use argil_math::Aabb;
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
@@ -129,7 +129,9 @@ impl Projection {
             let near = before - radius;
             pixel_width /= near;
             frame.depth_near = near as f32;
-            frame.depth_far = (before + radius) as f32;
+            if frame.mode != MODE_HEAT {
+                frame.depth_far = (before + radius) as f32;
+            }
         }
         let pixel_width = pixel_width as f32;
         frame.close_slope *= pixel_width / frame.pixel_width;

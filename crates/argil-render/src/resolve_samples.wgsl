@@ -21,8 +21,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     let color = colors[at];
     let shown = select(color.xyz, srgb_from_linear(max(color.xyz, vec3(0.0))), frame.mode == MODE_SHADED);
     // Light is dithered.
-    let below = select(0.5, 1.0 - threshold(id.x, id.y), frame.mode == MODE_SHADED);
-    let bytes = vec3<u32>(min(clamp(shown, vec3(0.0), vec3(1.0)) * 255.0 + below, vec3(255.0)));
+    let exact = clamp(shown, vec3(0.0), vec3(1.0)) * 255.0;
+    let whole = floor(exact + 1e-3);
+    let limit = select(0.5, threshold(id.x, id.y), frame.mode == MODE_SHADED);
+    let bytes = min(vec3<u32>(whole) + select(vec3(0u), vec3(1u), exact - whole > vec3(limit)), vec3(255u));
     let is_hit = select(0u, 1u, color.w >= 0.499);
     pixels[at] = bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | (is_hit << 24u);
 }

@@ -51,7 +51,7 @@ fn shown(frame: &FrameUniform, hit: &Hit) -> Vec3 {
             vec3(hit.normal_t[0], hit.normal_t[1], hit.normal_t[2]) * 0.5 + 0.5
         }
         abi::MODE_DEPTH if hit.kind != abi::HIT_NONE => Vec3::splat(depth(frame, hit.normal_t[3])),
-        abi::MODE_HEAT => heat(hit.steps),
+        abi::MODE_HEAT => heat(frame, hit.steps),
         abi::MODE_BRICKS | abi::MODE_NODES if hit.id != 0 => id_color(hit),
         abi::MODE_LEVELS if hit.id != 0 => level_color(hit),
         _ => Vec3::ZERO,

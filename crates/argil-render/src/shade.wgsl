@@ -195,8 +195,9 @@ fn level_color(hit: Hit) -> vec3<f32> {
     return (0.3 + 0.6 * abs(2.0 * fract(0.381966 * level + vec3(0.0, 1.0 / 3.0, 2.0 / 3.0)) - 1.0)) * light;
 }
 
+// The far depth is a number of steps in this mode.
 fn heat(steps: u32) -> vec3<f32> {
-    let s = clamp(f32(steps) / 256.0, 0.0, 1.0) * 3.0;
+    let s = clamp(f32(steps) / frame.depth_far, 0.0, 1.0) * 3.0;
     return vec3(
         clamp(s - 1.0, 0.0, 1.0),
         clamp(s, 0.0, 1.0) - clamp(s - 2.0, 0.0, 1.0),

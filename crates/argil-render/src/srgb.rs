@@ -1,7 +1,7 @@
 //! Linear light as bytes, by the sRGB transfer function (IEC 61966-2-1). `resolve_samples.wgsl` is the twin.
 //!
-//! *Theory.* Between two bytes, the darker or the brighter is taken, by a threshold that differs from pixel to pixel, so that slow
-//! gradients have no bands (ordered dithering). Light that a byte gives exactly is kept. The thresholds are the gradient noise of
+//! *Theory.* Between two bytes, the darker or the brighter is taken, by a threshold that differs from pixel to pixel (ordered
+//! dithering). So slow gradients have no bands. Light that a byte gives exactly is kept. The thresholds are the gradient noise of
 //! Jimenez, "Next generation post processing in Call of Duty: Advanced Warfare", 2014.
 
 use multiversion::multiversion;

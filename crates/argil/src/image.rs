@@ -1,6 +1,6 @@
 #[cfg(feature = "png")]
 use crate::{ImageFileError, limits::MAX_IMAGE_PIXELS};
-use argil_render::{RayStatistics, RenderOutput};
+use argil_render::{RayStatistics, RenderMode, RenderOutput, RenderSettings};
 #[cfg(feature = "png")]
 use std::path::Path;
 
@@ -17,6 +17,9 @@ pub struct RenderedImage {
     pub statistics: Option<RayStatistics>,
     /// Pixels of which at least half of the samples hit a solid.
     pub hit_pixels: usize,
+    /// Steps that are red, if the image shows [`RenderMode::Heat`](argil_render::RenderMode::Heat): blue are none, green a third, and
+    /// yellow two thirds of them.
+    pub heat_steps: Option<u32>,
     /// Duration in milliseconds: from the GPU's timestamps, or from the clock on the CPU and on software GPUs.
     pub duration_ms: f64,
 }
@@ -34,12 +37,15 @@ pub struct RenderReport {
 }
 
 impl RenderedImage {
-    pub(crate) fn new(picture: RenderOutput, duration_ms: f64) -> Self {
+    pub(crate) fn new(picture: RenderOutput, settings: &RenderSettings, duration_ms: f64) -> Self {
         Self {
             size: picture.size,
             statistics: picture.statistics,
             hit_pixels: picture.hit_pixels,
             rgb: picture.rgb,
+            heat_steps: settings
+                .heat_steps
+                .filter(|_| settings.mode == RenderMode::Heat),
             duration_ms,
         }
     }

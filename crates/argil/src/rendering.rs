@@ -16,6 +16,8 @@ use web_time::Instant;
 /// Default maximum of steps per ray: through the field, and through a volume, whose steps are shorter.
 const FIELD_STEPS: u32 = 256;
 const VOLUME_STEPS: u32 = 4096;
+/// Fewest steps that are red.
+const LEAST_HEAT: u32 = 8;
 
 impl World {
     /// Returns the scene's camera. A view that says neither where its camera is nor what it shows gets one that shows the whole
@@ -57,8 +59,33 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<RenderedImage, RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, false).await?;
-        Ok(RenderedImage::new(picture, duration_ms))
+        let settings = self.with_heat(camera, settings).await?;
+        let (picture, duration_ms) = self.picture(camera, &settings, false).await?;
+        Ok(RenderedImage::new(picture, &settings, duration_ms))
+    }
+
+    /// Returns settings whose heat suits the image, by the steps of a smaller one.
+    async fn with_heat(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Result<RenderSettings, RenderError> {
+        let mut settings = *settings;
+        if settings.mode != RenderMode::Heat || settings.heat_steps.is_some() {
+            return Ok(settings);
+        }
+        let small = RenderSettings {
+            size: settings.size.map(|side| side.div_ceil(4)),
+            samples: 1,
+            statistics: true,
+            ..settings
+        };
+        let (picture, _) = self.picture(camera, &small, false).await?;
+        settings.heat_steps = picture
+            .statistics
+            .map(|own| (1.25 * own.steps.p95) as u32)
+            .map(|steps| steps.max(LEAST_HEAT));
+        Ok(settings)
     }
 
     /// Renders an image and also returns the lengths of its rays, as a future: see [`World::render`] and
@@ -71,13 +98,14 @@ impl World {
         camera: &Camera,
         settings: &RenderSettings,
     ) -> Result<(RenderedImage, Vec<f32>), RenderError> {
-        let (picture, duration_ms) = self.picture(camera, settings, true).await?;
+        let settings = self.with_heat(camera, settings).await?;
+        let (picture, duration_ms) = self.picture(camera, &settings, true).await?;
         let length = |hit: &Hit| match hit.kind {
             HIT_OUTSIDE | HIT_INSIDE => hit.normal_t[3],
             _ => f32::INFINITY,
         };
         let lengths = picture.hits.iter().map(length).collect();
-        Ok((RenderedImage::new(picture, duration_ms), lengths))
+        Ok((RenderedImage::new(picture, &settings, duration_ms), lengths))
     }
 
     /// Renders an image into textures of the world's GPU, as a future: see [`World::render_into`].
@@ -92,6 +120,7 @@ impl World {
         settings: &RenderSettings,
         textures: &argil_gpu::ImageTextures,
     ) -> Result<crate::RenderReport, RenderError> {
+        let settings = &self.with_heat(camera, settings).await?;
         let frames = self.frames(camera, settings)?;
         let device = self.device.on_gpu().ok_or(RenderError::NotOnGpu)?;
         let program = || self.program();

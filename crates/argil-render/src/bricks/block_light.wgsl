@@ -41,7 +41,8 @@ fn shade_plain(@builtin(global_invocation_id) id: vec3<u32>) {
     let sunlit = sun_share_of(hit, id.x, y);
     let surface = shade_surface(at, ray, hit, ground_material(), sunlit, vec4(hit.normal_t.xyz, 1.0));
     let light = select(surface, sky(ray.direction), hit.kind == HIT_NONE);
-    put(at, hit.kind, tone_map(through_fog(at, light)));
+    let reach = select(hit.normal_t.w, UNLIMITED, hit.kind == HIT_NONE);
+    put(at, hit.kind, tone_map(with_more(at, ray, reach, light)));
 }
 
 // Shades the other blocks.

@@ -1,7 +1,7 @@
 //! How much of a lamp surfaces see. `lamp_shadows.wgsl` is the twin.
 //!
 //! *Theory.* A ray to the middle of a lamp tells whether the whole cone to it is free: nothing is nearer than the cone's sides. What is no
-//! nearer than the surface's plane is the surface, and what is no nearer than the lamp's plane is what the lamp hangs on: both are
+//! nearer than the surface's plane is the surface. What is no nearer than the lamp's plane is what the lamp hangs on. Both are
 //! behind the cone. If the cone is not free, rays to points of the lamp count, each by what would arrive from there. A ray
 //! fades in and out over the gap between two points, so that few points leave no steps. The points differ from sample to sample.
 //!
@@ -29,8 +29,8 @@ const CLEAR: Seen = Seen {
 /// Surfaces of a whole group, row by row, and those of its corners.
 const WHOLE_GROUP: usize = 16;
 const CORNERS: [usize; 4] = [0, 3, 12, 15];
-/// Where a penumbra is so even, the corners give the others: how far shares must be from 0 and 1, how much they may differ, and
-/// how much of that may not be linear.
+/// Where a penumbra is so even, the corners give the others. The numbers are how far shares must be from 0 and 1, how much they may
+/// differ, and how much of that may not be linear.
 const EVEN: [f32; 3] = [0.03, 0.3, 0.03];
 /// A share that is not known yet.
 const UNKNOWN: f32 = -1.0;
@@ -133,7 +133,9 @@ impl LampShadows {
                 last += 1;
             }
             let patch = patch_of(frame, surfaces, source, &self.open, first..last);
-            self.patches.extend(patch.filter(Patch::is_flat));
+            // Distances beyond are not known.
+            let fits = |patch: &Patch| patch.is_flat() && patch.radius < source.far();
+            self.patches.extend(patch.filter(fits));
             first = last;
         }
     }
@@ -324,7 +326,7 @@ impl LampShadows {
             let seen = lamp.seen_from(patch.center, frame);
             let target = seen.point(nth, place(self.open[patch.members.start]));
             let over = patch.normal.dot(target - patch.center) - patch.radius;
-            if !patch.is_flat() || over < 0.0 {
+            if !patch.is_flat() || patch.radius >= source.far() || over < 0.0 {
                 self.seen[id].least = 0.0;
                 continue;
             }

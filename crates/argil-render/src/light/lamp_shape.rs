@@ -59,11 +59,14 @@ impl LampShape {
 
     pub(super) fn seen_from(&self, p: Vec3, frame: &FrameUniform) -> SeenLamp {
         if self.axes[0] != Vec3::ZERO {
+            // A cone around the middle holds the near corners, too.
+            let square = (self.center - p).length_squared().max(1e-20);
+            let narrow = (1.0 - self.radius * self.radius / square).max(0.01);
             return SeenLamp {
                 middle: self.center,
                 axes: self.axes,
                 is_disc: false,
-                radius: self.radius,
+                radius: self.radius / narrow.sqrt(),
                 extent: self.extent,
             };
         }

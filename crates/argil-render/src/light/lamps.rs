@@ -1,8 +1,8 @@
 //! Lamps: lights besides the sun. `lamps.wgsl` is the twin.
 //!
-//! *Theory.* A surface receives the light of all of a sphere or rectangle that is above its horizon, in closed form (rectangles:
-//! Lambert 1760; spheres: Snyder, "Area light sources for real-time graphics", 1996), times the share that its shadow leaves
-//! (Heitz et al., "Combining analytic direct illumination and stochastic shadows", 2018).
+//! *Theory.* A surface receives the light of all of a lamp that is above its horizon, in closed form. For rectangles, that is Lambert's
+//! (1760), and for spheres Snyder's ("Area light sources for real-time graphics", 1996). A shadow leaves a share of it (Heitz et
+//! al., "Combining analytic direct illumination and stochastic shadows", 2018).
 
 use super::frame_fog::passed;
 use super::lamp_shadows::LampShadows;
@@ -35,7 +35,7 @@ pub(super) fn lamp_at(rows: &[[f32; 4]], p: Vec3) -> LampLight {
     lamp_above(rows, p, Vec3::ZERO)
 }
 
-/// Returns what a lamp brings to a surface. What is below its horizon does not shine on it.
+/// Returns what a lamp brings to a surface. What of a sphere or rectangle is below its horizon does not shine on it.
 pub(super) fn lamp_above(rows: &[[f32; 4]], p: Vec3, n: Vec3) -> LampLight {
     let xyz = |row: usize| Vec3::from_slice(&rows[row]);
     let soft = |sharpness: f32| sharpness.clamp(SHARPNESS[0], SHARPNESS[1]);
@@ -90,17 +90,24 @@ fn sphere_above(n: Vec3, direction: Vec3, size: f32) -> (Vec3, f32) {
         return (direction, 0.0);
     }
     let toward = (direction + 0.5 * (sine - cosine) * n).normalize();
+    let facing = n.dot(toward).max(1e-6);
+    if size < 1e-3 {
+        // A flat disc.
+        let t = cosine / sine;
+        let own = t * (0.5 * PI + t.asin()) + (1.0 - t * t).sqrt() * (2.0 + t * t) / 3.0;
+        return (toward, sine * own.max(0.0) / PI / facing);
+    }
     let side = (1.0 - cosine * cosine).max(1e-12).sqrt();
     let x = (1.0 / size - 1.0).max(1e-12).sqrt();
     let y = (-x * cosine / side).clamp(-1.0, 1.0);
     let across = side * (1.0 - y * y).sqrt();
     let received = (cosine * y.acos() - x * across) * size + (across / x).atan();
     let received = received.max(0.0) / (PI * size);
-    (toward, received / n.dot(toward).max(1e-6))
+    (toward, received / facing)
 }
 
-/// Returns the direction from which a rectangle shines on average, times what a surface receives that faces it, for a radiance of 1: a sum
-/// over the sides of what is above the horizon (Lambert 1760). `to` leads to its center.
+/// Returns the direction from which a rectangle shines on average, times what a surface receives that faces it, for a radiance of 1.
+/// It is a sum over the sides of what is above the horizon (Lambert 1760). `to` leads to its center.
 fn rectangle_flow(rows: &[[f32; 4]], to: Vec3, n: Vec3) -> Vec3 {
     let [width, height] = [2, 3].map(|row: usize| Vec3::from_slice(&rows[row]) * rows[row][3]);
     if to.dot(width.cross(height)) >= 0.0 {

@@ -1,7 +1,7 @@
 //! What surfaces send toward the viewer. `shade.wgsl` is the twin.
 //!
-//! *Theory.* There is one sun and a sky. Direct light is a GGX lobe over a Lambertian body (Walter et al. 2007, with
-//! Schlick's Fresnel and Smith's visibility as fitted by Karis, 2013). The tone curve is Narkowicz's fit of ACES
+//! *Theory.* There is one sun and a sky. Direct light is a GGX lobe over a body (Walter et al. 2007, with Schlick's
+//! Fresnel and Smith's visibility), which gets what facets let through (`lobes.rs`). The tone curve is Narkowicz's fit of ACES
 //! (2015).
 //!
 //! *Practice.* Some surfaces at a time are copied into arrays of fixed length, for which the compiler makes vectors.

@@ -29,8 +29,8 @@ pub(super) struct ShadowRay {
     /// The last place where the cone was free, and what share of the whole way a place is.
     pub free: f32,
     pub share: [f32; 2],
-    /// The cone's radius, the height above the surface's plane, and that before the lamp's plane: each at the beginning, and what it
-    /// gains with the way.
+    /// The cone's radius, and the heights above the surface's plane and before the lamp's. Each has its value at the beginning, and
+    /// what it gains with the way.
     pub width: [f32; 2],
     pub above: [f32; 2],
     pub before: [f32; 2],
@@ -52,8 +52,8 @@ pub(super) struct Seen {
     pub free: [f32; 2],
 }
 
-/// Rays that march together. Each has two halves, which begin at the surface and at the lamp, because steps are short where a ray
-/// comes near a plane, and become longer where it leaves one.
+/// Rays that march together. Each has two halves, which begin at the surface and at the lamp. Steps are short where a ray comes
+/// near a plane, and become longer where it leaves one.
 #[derive(Debug, Default)]
 pub(super) struct ShadowRays {
     rays: Vec<ShadowRay>,
@@ -141,11 +141,17 @@ impl ShadowRay {
     fn step(&mut self, nth: u32, d: f32, scale: f32) {
         let at = |line: [f32; 2]| line[0] + line[1] * self.t;
         let width = at(self.width);
-        let planes = at(self.above).min(at(self.before)).max(0.0);
-        let radius = width.min(PLANE * planes).max(1e-20);
-        self.least = self.least.min((d / radius).max(-1.0));
-        let dark = if self.is_point { radius } else { width };
-        if d <= -dark {
+        let planes = PLANE * at(self.above).min(at(self.before)).max(0.0);
+        let radius = width.min(planes).max(1e-20);
+        // Whole cones take the distance that is certain, and points the likely one.
+        let (certain, dark) = if self.is_point {
+            (d, radius)
+        } else {
+            (d * scale, width)
+        };
+        let free = (certain / width.max(1e-20)).max(d / planes.max(1e-20));
+        self.least = self.least.min(free.max(-1.0));
+        if certain <= -dark {
             (self.least, self.end) = (-1.0, -1.0);
         } else if d < 0.0 && !self.is_point {
             self.least = self.least.max(-0.99);
