@@ -6,6 +6,7 @@ mod compare;
 mod edit;
 mod export;
 mod gpu_counters;
+mod heat;
 mod levels;
 mod mesh;
 mod still;

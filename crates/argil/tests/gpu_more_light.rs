@@ -34,7 +34,7 @@ fn image(
 ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let engine = Engine::with_backend(backend)?;
     let mut world = engine.build(scene)?.with_representation(representation)?;
-    let settings = world.render_settings([96, 64], RenderMode::Shaded);
+    let settings = world.render_settings([48, 32], RenderMode::Shaded);
     world.refine(&world.camera(), &settings)?;
     Ok(world.render(&world.camera(), &settings)?.rgb)
 }

@@ -6,10 +6,10 @@ use argil::scene::{Environment, Light, ToneCurve};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-const SIZE: [u32; 2] = [48, 36];
+const SIZE: [u32; 2] = [56, 42];
 /// Paths of a pixel of a still, and samples of an image.
-const PATHS: u32 = 192;
-const SAMPLES: u32 = 16;
+const PATHS: u32 = 64;
+const SAMPLES: u32 = 36;
 
 /// A surface that a lamp is near, by the lamp's place and where it shines to, in units of the room.
 #[derive(Clone, Copy, Debug)]
@@ -178,11 +178,11 @@ impl Pair {
 
 #[test]
 fn lamps_are_those_of_stills() -> Outcome {
-    // Farther away, lamps and rooms are larger alike.
     for near in [Near::Ceiling, Near::Wall, Near::Floor] {
-        for distance in [0.01, 0.1, 1.0, 10.0] {
+        for distance in [0.01, 0.1, 1.0] {
             for kind in KINDS {
-                if distance > 1.0 && (kind != "area" || !matches!(near, Near::Ceiling)) {
+                // Between the nearest and the farthest, areas vary most.
+                if kind != "area" && ![0.01, 1.0].contains(&distance) {
                     continue;
                 }
                 let pair = Pair::draw(room(kind, near, distance)?)?;
