@@ -163,42 +163,14 @@ fn covered(seen: f32) -> f32 {
     return t * t * (3.0 - 2.0 * t);
 }
 
-// Returns the share of a lamp that a cone to all of it sees, or −1 if that is not known.
-fn whole_share(nth: u32, surface: Ray, length: f32) -> f32 {
-    let p = surface.origin;
-    let n = surface.direction;
-    let light = lamp_above(nth, p, n);
-    if max(light.light.x, max(light.light.y, light.light.z)) <= 0.0 || dot(n, light.direction) <= 0.0 {
-        return 0.0;
-    }
-    let lamp = lamp_shape(nth);
-    let seen = seen_from(lamp, p);
-    let way = distance(p, seen.middle);
-    let is_point = seen.radius < NARROW * way;
-    if dot(n, seen.middle - p) < seen.radius && !is_point {
-        return -1.0;
-    }
-    let radius = max(seen.radius, 0.5 * NARROW * way);
-    let least = march_to_lamp(lamp, surface, length, seen.middle, radius, is_point);
-    return select(-1.0, covered(least), is_point || least <= -1.0 || least >= 1.0);
-}
-
-// Returns what arrives from one point of a lamp, as a share of what would arrive from all.
-fn point_share(nth: u32, point: u32, surface: Ray, length: f32) -> f32 {
-    let p = surface.origin;
-    let lamp = lamp_shape(nth);
-    let seen = seen_from(lamp, p);
+// Returns the share of all rays to points of a lamp that one of them has, by what arrives from there.
+fn point_share(lamp: LampShape, seen: SeenLamp, point: u32, surface: Ray) -> f32 {
     var whole = 0.0;
     for (var other = 0u; other < LAMP_POINTS; other++) {
-        whole += lamp_weight(lamp, lamp_point(seen, other) - p, surface.direction);
+        whole += lamp_weight(lamp, lamp_point(seen, other) - surface.origin, surface.direction);
     }
-    let to = lamp_point(seen, point);
-    let own = lamp_weight(lamp, to - p, surface.direction);
-    if own <= 0.0 {
-        return 0.0;
-    }
-    let gap = seen.extent / f32(LAMP_POINTS);
-    return covered(march_to_lamp(lamp, surface, length, to, gap, true)) * own / max(whole, 1e-30);
+    let own = lamp_weight(lamp, lamp_point(seen, point) - surface.origin, surface.direction);
+    return own / max(whole, 1e-30);
 }
 
 // One pass for each lamp and each of its points, before which the whole is tried: the first step is its number. As long as a share is
@@ -218,16 +190,42 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = primary_ray(id.x, y);
     let length = hit.normal_t.w;
     let surface = Ray(ray.origin + ray.direction * length, hit.normal_t.xyz);
+    let lamp = lamp_shape(nth);
+    let seen = seen_from(lamp, surface.origin);
+    let way = distance(surface.origin, seen.middle);
+    var is_point = seen.radius < NARROW * way;
+    var to = seen.middle;
+    var radius = max(seen.radius, 0.5 * NARROW * way);
+    // What is known without a ray.
     var share = 0.0;
+    var weight = 0.0;
     if part > 0u {
         share = colors[place][nth % 4u];
         if share > -0.5 {
             return;
         }
-        let arrived = point_share(nth, part - 1u, surface, length) - 1.0 - share;
-        share = select(-1.0 - arrived, arrived, part == LAMP_POINTS);
+        is_point = true;
+        to = lamp_point(seen, part - 1u);
+        radius = seen.extent / f32(LAMP_POINTS);
+        weight = point_share(lamp, seen, part - 1u, surface);
     } else if hit.kind != HIT_NONE {
-        share = whole_share(nth, surface, length);
+        let light = lamp_above(nth, surface.origin, surface.direction);
+        let is_lit = max(light.light.x, max(light.light.y, light.light.z)) > 0.0;
+        if is_lit && dot(surface.direction, light.direction) > 0.0 {
+            share = -1.0;
+            // A lamp across the horizon has no whole cone.
+            weight = select(0.0, 1.0, is_point || dot(surface.direction, to - surface.origin) >= seen.radius);
+        }
+    }
+    var least = 1.0;
+    if weight > 0.0 {
+        least = march_to_lamp(lamp, surface, length, to, radius, is_point);
+    }
+    if part > 0u {
+        let arrived = covered(least) * weight - 1.0 - share;
+        share = select(-1.0 - arrived, arrived, part == LAMP_POINTS);
+    } else if weight > 0.0 && (is_point || abs(least) >= 1.0) {
+        share = covered(least);
     }
     colors[place][nth % 4u] = share;
 }

@@ -11,6 +11,7 @@
 mod bent;
 mod frame_fog;
 mod haze;
+mod lamp_light;
 mod lamp_rays;
 mod lamp_shadows;
 mod lamp_shape;

@@ -4,13 +4,7 @@
 //! (1760), and for spheres Snyder's ("Area light sources for real-time graphics", 1996). A shadow leaves a share of it (Heitz et
 //! al., "Combining analytic direct illumination and stochastic shadows", 2018).
 
-use super::frame_fog::passed;
-use super::lamp_shadows::LampShadows;
-use super::light_source::LightSource;
-use super::lobes::{mix, reflected_from};
-use crate::ray_batch::Points;
-use crate::surfaces::Surfaces;
-use argil_abi::{self as abi, FrameUniform, GpuMaterial};
+use argil_abi as abi;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -165,58 +159,8 @@ fn cone_share(rows: &[[f32; 4]], away: Vec3) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Adds what surfaces reflect of all lamps.
-pub(super) fn gather(
-    frame: &FrameUniform,
-    (surfaces, materials): (&Surfaces, &[GpuMaterial]),
-    source: &mut LightSource<'_, '_>,
-    points: &mut Points,
-    shadows: &mut LampShadows,
-    out: &mut Vec<Vec3>,
-) {
-    out.clear();
-    out.resize(surfaces.len(), Vec3::ZERO);
-    for rows in frame.lamps.chunks(4).take(frame.lamp_count as usize) {
-        let shares = shadows.gather(frame, rows, surfaces, source, points);
-        for (i, &share) in shares.iter().enumerate() {
-            if share <= 0.0 {
-                continue;
-            }
-            let (p, n) = (surfaces.point(i), surfaces.normal(i));
-            let lamp = lamp_above(rows, p, n);
-            let [r, g, b, roughness] = materials[i].base_roughness;
-            let (base, metallic) = (Vec3::new(r, g, b), materials[i].emission_metallic[3]);
-            let body = base * (1.0 - metallic);
-            let mirror = mix(Vec3::splat(0.04), base, metallic);
-            let view = -surfaces.ray(i);
-            let reflected = reflected_from(n, view, lamp.direction, (body, mirror, roughness));
-            let clear = passed(frame, p, lamp.direction, lamp.distance);
-            out[i] += reflected * lamp.light * (share * clear);
-        }
-    }
-}
-
-/// Adds the lamps that samples show: spheres and rectangles in front of what a sample hits. Fog dims them.
-pub(super) fn look(frame: &FrameUniform, samples: &Surfaces, out: &mut Vec<Vec3>) {
-    out.clear();
-    out.resize(samples.len(), Vec3::ZERO);
-    let eye = Vec3::from(frame.eye);
-    for rows in frame.lamps.chunks(4).take(frame.lamp_count as usize) {
-        for (i, out) in out.iter_mut().enumerate() {
-            let is_sky = samples.kind[i] == abi::HIT_NONE;
-            let reach = if is_sky { f32::MAX } else { samples.length[i] };
-            let direction = samples.ray(i);
-            if let Some((length, radiance)) = met(rows, eye, direction)
-                && length < reach
-            {
-                *out += radiance * passed(frame, eye, direction, length);
-            }
-        }
-    }
-}
-
 /// Returns where a ray meets a lamp, and what comes from there.
-fn met(rows: &[[f32; 4]], eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+pub(super) fn met(rows: &[[f32; 4]], eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
     let xyz = |row: usize| Vec3::from_slice(&rows[row]);
     let to = xyz(0) - eye;
     match rows[0][3] as u32 {

@@ -4,7 +4,7 @@ use super::frame_fog::passed;
 use super::lamp_rays::LampRays;
 use super::lamp_shadows::LampShadows;
 use super::light_source::LightSource;
-use super::{bent, haze, lamps};
+use super::{bent, haze, lamp_light};
 use crate::ray_batch::Points;
 use crate::surfaces::Surfaces;
 use argil_abi::{FrameUniform, GpuMaterial};
@@ -58,9 +58,9 @@ impl MoreLight {
         sky_fog.clear();
         bent.iter_mut().for_each(Vec::clear);
         if frame.lamp_count > 0 {
-            lamps::gather(frame, (surfaces, materials), source, points, shadows, lamps);
-            lamps::look(frame, surfaces, seen);
-            lamps::look(frame, sky_samples, sky_seen);
+            lamp_light::gather(frame, (surfaces, materials), source, points, shadows, lamps);
+            lamp_light::look(frame, surfaces, seen);
+            lamp_light::look(frame, sky_samples, sky_seen);
         }
         if frame.fog_density > 0.0 {
             haze::gather(frame, surfaces, source, points, rays, fog);
