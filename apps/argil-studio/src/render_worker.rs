@@ -234,7 +234,7 @@ impl RenderWorker {
         // What the store lacks does not come.
         let missing = missing.saturating_sub(filled.missing);
         // A brick of a coarse level covers much of the image.
-        let lacks_few = is_refined && missing <= rays / FEW;
+        let lacks_few = is_refined && filled.pending == 0 && missing <= rays / FEW;
         let is_exhausted = is_refined && filled.answered == 0 && filled.pending == 0;
         if lacks_few || is_exhausted {
             kept.complete_for = Some(RenderRequest {

@@ -143,7 +143,7 @@ impl TileSource for WebTiles {
         let tiles = &self.0;
         for &(address, level) in wanted {
             let mut pending = tiles.pending.lock().unwrap_or_else(PoisonError::into_inner);
-            let is_wanted = tiles.cache.state(address, level).is_none();
+            let is_wanted = tiles.cache.is_wanted(address, level);
             if is_wanted && pending.len() < AT_ONCE && pending.insert(address) {
                 let tiles = tiles.clone();
                 spawn_local(async move {
@@ -160,10 +160,9 @@ impl TileSource for WebTiles {
     }
 
     fn tile(&self, address: TileAddress, level: u32) -> TileState {
-        self.0.cache.state(address, level).unwrap_or_else(|| {
-            self.prefetch(&[(address, level)]);
-            TileState::Pending
-        })
+        self.prefetch(&[(address, level)]);
+        let known = self.0.cache.state(address, level);
+        known.unwrap_or(TileState::Pending)
     }
 }
 

@@ -111,17 +111,13 @@ impl StoredTiles {
             .map_err(|reason| self.cache.fail(address, reason))
             .ok()
     }
-
-    fn is_wanted(&self, address: TileAddress, level: u32) -> bool {
-        self.cache.state(address, level).is_none()
-    }
 }
 
 /// Waits for tiles, for pictures that are to be complete.
 impl TileSource for StoredTiles {
     fn prefetch(&self, wanted: &[(TileAddress, u32)]) {
         let wanted = wanted.iter().copied();
-        let wanted = wanted.filter(|&(address, level)| self.is_wanted(address, level));
+        let wanted = wanted.filter(|&(address, level)| self.cache.is_wanted(address, level));
         let fetches =
             futures_util::stream::iter(wanted).map(|(address, level)| self.take(address, level));
         let all = fetches.buffer_unordered(AT_ONCE).for_each(|_| async {});
@@ -129,13 +125,13 @@ impl TileSource for StoredTiles {
     }
 
     fn tile(&self, address: TileAddress, level: u32) -> TileState {
-        if let Some(known) = self.cache.state(address, level) {
-            return known;
+        if self.cache.is_wanted(address, level)
+            && let Some(tile) = self.world.runtime().block_on(self.take(address, level))
+        {
+            return TileState::Ready(tile);
         }
-        match self.world.runtime().block_on(self.take(address, level)) {
-            Some(tile) => TileState::Ready(tile),
-            None => TileState::Missing,
-        }
+        let known = self.cache.state(address, level);
+        known.unwrap_or(TileState::Missing)
     }
 }
 
@@ -146,7 +142,7 @@ pub(crate) struct EventualTiles(pub Arc<StoredTiles>);
 impl TileSource for EventualTiles {
     fn prefetch(&self, wanted: &[(TileAddress, u32)]) {
         for &(address, level) in wanted {
-            if self.0.is_wanted(address, level) && self.0.pending().insert(address) {
+            if self.0.cache.is_wanted(address, level) && self.0.pending().insert(address) {
                 let tiles = self.0.clone();
                 self.0.world.runtime().spawn(async move {
                     let room = tiles.room.acquire().await;
@@ -159,9 +155,8 @@ impl TileSource for EventualTiles {
     }
 
     fn tile(&self, address: TileAddress, level: u32) -> TileState {
-        self.0.cache.state(address, level).unwrap_or_else(|| {
-            self.prefetch(&[(address, level)]);
-            TileState::Pending
-        })
+        self.prefetch(&[(address, level)]);
+        let known = self.0.cache.state(address, level);
+        known.unwrap_or(TileState::Pending)
     }
 }

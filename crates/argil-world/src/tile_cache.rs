@@ -75,12 +75,20 @@ impl TileCache {
         own.tile.holds(level).then(|| own.tile.clone())
     }
 
-    /// Returns what is known of a tile: it is here with a level, or it could not be had a moment ago. `None`: it has to be fetched.
+    /// Returns what is known of a tile: it is here with a level, or it could not be had at the last attempt. `None`: nothing is
+    /// known of it.
     pub fn state(&self, address: TileAddress, level: u32) -> Option<TileState> {
         match self.get(address, level) {
             Some(tile) => Some(TileState::Ready(tile)),
-            None => self.is_lost(address).then_some(TileState::Missing),
+            None => self.failed_at(address).map(|_| TileState::Missing),
         }
+    }
+
+    /// Returns true if a tile is to be fetched for a level. One that could not be had is fetched again after some seconds, and
+    /// counts as missing in the meantime.
+    pub fn is_wanted(&self, address: TileAddress, level: u32) -> bool {
+        let failed = self.failed_at(address);
+        self.get(address, level).is_none() && failed.is_none_or(|at| at.elapsed() >= ASK_AGAIN)
     }
 
     /// Returns which bytes of a tile's object are wanted next for a level. What is behind the object's end is not there.
@@ -158,11 +166,9 @@ impl TileCache {
             .insert(address, (Instant::now(), reason));
     }
 
-    /// Whether a tile could not be had a moment ago.
-    fn is_lost(&self, address: TileAddress) -> bool {
-        let held = self.held();
-        let found = held.problems.get(&address);
-        found.is_some_and(|(when, _)| when.elapsed() < ASK_AGAIN)
+    /// Returns when a tile could not be had, if that is how the last attempt ended.
+    fn failed_at(&self, address: TileAddress) -> Option<Instant> {
+        self.held().problems.get(&address).map(|(at, _)| *at)
     }
 
     /// Returns the tiles that could not be had when they were asked for last, and why.
