@@ -16,6 +16,8 @@ pub struct SceneChange {
     pub influence_box: Aabb,
     /// The scene's [margins](crate::Scene::margins) at the time of the change, in its unit.
     pub margins: [f32; 2],
+    /// Whether a material, which no node uses yet, came to the end of the list or left it.
+    pub is_unused_material: bool,
     /// Both boxes, separately around the old and the new position.
     pub(crate) apart: [[Aabb; 2]; 2],
 }
@@ -29,7 +31,19 @@ impl SceneChange {
             dirty_box: Aabb::ALL,
             influence_box: Aabb::ALL,
             margins: [f32::INFINITY; 2],
+            is_unused_material: false,
             apart: [[Aabb::ALL; 2]; 2],
+        }
+    }
+
+    /// Creates a change of a list of materials: one that no node uses came to its end, or left it.
+    pub(crate) fn of_unused_material() -> Self {
+        Self {
+            dirty_box: Aabb::EMPTY,
+            influence_box: Aabb::EMPTY,
+            is_unused_material: true,
+            apart: [[Aabb::EMPTY; 2]; 2],
+            ..Self::of_everything()
         }
     }
 

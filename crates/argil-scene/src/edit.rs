@@ -339,8 +339,12 @@ impl Scene {
                     index: old_index,
                 }
             }
-            HistoryStep::SetMaterial { name, material } => {
-                return self.take_material(name, material);
+            HistoryStep::SetMaterial {
+                name,
+                material,
+                place,
+            } => {
+                return self.take_material(name, material, place);
             }
             HistoryStep::SetView { view } => return self.take_view(*view),
         };
@@ -368,6 +372,7 @@ impl Scene {
             influence_box: far_box,
             // The margins that both boxes have.
             margins: [0, 1].map(|i| before.2[i].min(after.2[i])),
+            is_unused_material: false,
             apart: [before.1, after.1],
         });
         dirty_box

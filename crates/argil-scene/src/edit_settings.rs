@@ -18,7 +18,11 @@ impl Scene {
             None => self.check_unused(&name)?,
         }
         let material = material.map(|own| self.with_images(own));
-        Ok(HistoryStep::SetMaterial { name, material })
+        Ok(HistoryStep::SetMaterial {
+            name,
+            material,
+            place: None,
+        })
     }
 
     /// Changes a material. Returns the step that reverses it.
@@ -26,12 +30,10 @@ impl Scene {
         &mut self,
         name: String,
         material: Option<Material>,
+        place: Option<usize>,
     ) -> (EditOutcome, HistoryStep) {
-        let before = match material {
-            Some(material) => self.materials.insert(name.clone(), material),
-            None => self.materials.remove(&name),
-        };
-        self.history.note(SceneChange::of_everything());
+        let place_before = self.materials.get_index_of(&name);
+        let before = self.put_material(&name, material, place);
         let edited = EditOutcome {
             node: Self::ROOT,
             dirty_box: Aabb::ALL,
@@ -39,8 +41,40 @@ impl Scene {
         let inverse = HistoryStep::SetMaterial {
             name,
             material: before,
+            place: place_before,
         };
         (edited, inverse)
+    }
+
+    /// Changes, adds or removes a material. New ones come last, so that the places of others stay, unless they had a place before.
+    /// Returns the material before.
+    pub(crate) fn put_material(
+        &mut self,
+        name: &str,
+        material: Option<Material>,
+        place: Option<usize>,
+    ) -> Option<Material> {
+        let count = self.materials.len();
+        let is_unused = match (self.materials.get_index_of(name), &material) {
+            (None, _) => place.is_none_or(|place| place >= count),
+            (Some(own), None) => own + 1 == count,
+            (Some(_), Some(_)) => false,
+        };
+        self.history.note(match is_unused {
+            true => SceneChange::of_unused_material(),
+            false => SceneChange::of_everything(),
+        });
+        match material {
+            Some(material) if self.materials.contains_key(name) => {
+                self.materials.insert(name.to_owned(), material)
+            }
+            Some(material) => {
+                let place = place.map_or(count, |place| place.min(count));
+                self.materials
+                    .shift_insert(place, name.to_owned(), material)
+            }
+            None => self.materials.shift_remove(name),
+        }
     }
 
     /// Changes the view. Returns the step that reverses it.

@@ -25,6 +25,8 @@ pub(crate) enum HistoryStep {
     SetMaterial {
         name: String,
         material: Option<Material>,
+        /// Where it was among the materials, if it was removed.
+        place: Option<usize>,
     },
     SetView {
         view: Box<View>,

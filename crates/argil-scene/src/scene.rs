@@ -7,6 +7,7 @@ use crate::node_store::NodeStore;
 use crate::{
     Group, Material, Node, NodeDesc, NodeId, NodeKind, SampledGrid, ValidationError, View,
 };
+use indexmap::IndexMap;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -45,7 +46,7 @@ impl Clone for Origin {
 pub struct Scene {
     pub(crate) nodes: NodeStore,
     pub(crate) time: f32,
-    pub(crate) materials: BTreeMap<String, Material>,
+    pub(crate) materials: IndexMap<String, Material>,
     /// Samples of meshes, by path and resolution.
     pub(crate) grids: BTreeMap<(String, u32), Arc<SampledGrid>>,
     pub(crate) history: History,
@@ -79,7 +80,7 @@ impl Scene {
         Self {
             nodes: NodeStore::of(Node::root()),
             time: 0.0,
-            materials: BTreeMap::new(),
+            materials: IndexMap::new(),
             grids: BTreeMap::new(),
             history: History::default(),
             margin_requests: MarginRequests::default(),
@@ -175,8 +176,8 @@ impl Scene {
         self.nodes.len()
     }
 
-    /// Returns the materials by name.
-    pub fn materials(&self) -> &BTreeMap<String, Material> {
+    /// Returns the materials by name, in the order in which they were added.
+    pub fn materials(&self) -> &IndexMap<String, Material> {
         &self.materials
     }
 
@@ -193,8 +194,7 @@ impl Scene {
         material.check().map_err(|f| f.within(&name))?;
         if self.materials.get(&name) != Some(&material) {
             let material = self.with_images(material);
-            self.materials.insert(name, material);
-            self.history.note(SceneChange::of_everything());
+            self.put_material(&name, Some(material), None);
         }
         Ok(())
     }
