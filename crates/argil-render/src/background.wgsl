@@ -5,9 +5,17 @@ const TAU: f32 = 6.2831853;
 // Infinite densities, and lengths: nothing compares with them.
 const UNLIMITED: f32 = 1e30;
 
+// Up to this height, the sky leaves the color of the horizon gradually.
+const LOW_SKY: f32 = 0.12;
+
+fn sky_share(up: f32) -> f32 {
+    let rise = min(up * (1.0 / LOW_SKY), 1.0);
+    return sqrt(up) * (rise * rise * (3.0 - 2.0 * rise));
+}
+
 fn sky(direction: vec3<f32>) -> vec3<f32> {
     let up = direction.y;
-    let above = mix(frame.horizon, frame.zenith, sqrt(max(up, 0.0)));
+    let above = mix(frame.horizon, frame.zenith, sky_share(max(up, 0.0)));
     let below = mix(frame.horizon, frame.nadir, clamp(-up * 4.0, 0.0, 1.0));
     let base = select(below, above, up >= 0.0);
     let below_horizon = select(base, frame.horizon, up < 0.0 && frame.has_ground != 0u);

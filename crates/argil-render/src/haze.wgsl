@@ -35,7 +35,7 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     let nth = per_thread(frame.first_step % lights, at);
     let is_sky = nth == 1u;
     if is_sky {
-        let mean = frame.zenith / 3.0 + frame.horizon * (11.0 / 48.0) + frame.nadir * (7.0 / 16.0);
+        let mean = frame.zenith * 0.32805 + frame.horizon * 0.23445 + frame.nadir * (7.0 / 16.0);
         lamp = LampLight(vec3(0.0, 1.0, 0.0), UNLIMITED, mean, 1.0);
     } else if nth > 1u {
         lamp = lamp_at(nth - 2u, p);

@@ -37,7 +37,7 @@ fn sky_light(frame: &FrameUniform) -> LampLight {
     LampLight {
         direction: Vec3::Y,
         distance: f32::MAX,
-        light: zenith / 3.0 + horizon * (11.0 / 48.0) + nadir * (7.0 / 16.0),
+        light: zenith * 0.328_05 + horizon * 0.234_45 + nadir * (7.0 / 16.0),
         sharpness: SKY_SHARPNESS,
     }
 }

@@ -236,12 +236,22 @@ fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
     mix(color, sky(frame, direction), own.haze)
 }
 
+/// Up to this height, the sky leaves the color of the horizon gradually, so that the horizon is no line.
+const LOW_SKY: f32 = 0.12;
+
+/// Returns the share of the zenith's color at a height above the horizon, from 0 to 1.
+#[inline(always)]
+fn sky_share(up: f32) -> f32 {
+    let rise = low(up * (1.0 / LOW_SKY), 1.0);
+    up.sqrt() * (rise * rise * (3.0 - 2.0 * rise))
+}
+
 /// Returns the sky's light from a direction.
 #[inline(always)]
 pub(crate) fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
     let up = direction.y;
     let [zenith, horizon, nadir] = [frame.zenith, frame.horizon, frame.nadir].map(Vec3::from_array);
-    let above = mix(horizon, zenith, high(up, 0.0).sqrt());
+    let above = mix(horizon, zenith, sky_share(high(up, 0.0)));
     let below = mix(horizon, nadir, low(high(-up * 4.0, 0.0), 1.0));
     // With a ground, only haze is visible below the horizon.
     let below = if frame.has_ground != 0 {
