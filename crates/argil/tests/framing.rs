@@ -45,10 +45,44 @@ fn solids() -> Result<Vec<(&'static str, Scene)>, Box<dyn std::error::Error>> {
     ])
 }
 
-/// Returns the height of the lowest vertex of a fine mesh, and its voxel.
-fn lowest(scene: &Scene) -> Result<[f32; 2], Box<dyn std::error::Error>> {
+/// All shapes and all modifiers of the tables whose solids are finite, turned, and the scenes that come with Argil. A new row
+/// takes part by being a row.
+fn rows() -> Result<Vec<(String, Scene)>, Box<dyn std::error::Error>> {
+    let mut all = Vec::new();
+    let mut add = |name: String, brush: Brush| {
+        let mut scene = Scene::new();
+        let is_there = scene.push(brush.rotated([0.3, 0.5, 1.0], 35.0)).is_ok();
+        let finite = |scene: &Scene| {
+            let program = argil::field::Program::lower(scene);
+            program
+                .is_ok_and(|program| program.aabb().is_finite() && program.max_iterations() < 500)
+        };
+        if is_there && finite(&scene) {
+            all.push((name, scene));
+        }
+    };
+    for shape in Shape::examples() {
+        if shape.file().is_none() {
+            add(format!("{shape:?}"), Brush::new(shape));
+        }
+    }
+    for modifier in Modifier::examples() {
+        let bar = Brush::new(Shape::cuboid([0.4, 0.15, 0.2]));
+        add(format!("{modifier:?}"), bar.with_modifier(modifier));
+    }
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+    for name in ["brick", "csg20", "edgy-cube", "props", "temple", "trees"] {
+        let mut scene = Scene::open(format!("{folder}/{name}.json"))?;
+        scene.view = argil::scene::View::default();
+        all.push((name.to_owned(), scene));
+    }
+    Ok(all)
+}
+
+/// Returns the height of the lowest vertex of a mesh, and its voxel.
+fn lowest(scene: &Scene, resolution: u32) -> Result<[f32; 2], Box<dyn std::error::Error>> {
     let options = MeshOptions {
-        resolution: 128,
+        resolution,
         ..MeshOptions::default()
     };
     let output = Engine::cpu().build(scene)?.field().mesh(&options)?;
@@ -65,7 +99,7 @@ fn grounds_touch_what_stands_on_them() -> Outcome {
             let mut scene = scene.clone();
             let build = Engine::cpu().build(&scene)?;
             let mut world = build.with_representation(representation)?;
-            let [before, _] = lowest(&scene)?;
+            let [before, _] = lowest(&scene, 128)?;
             let bite = Brush::new(Shape::cuboid([20.0, 1.0, 20.0])).at([0.0, before - 0.95, 0.0]);
             let ball = Brush::new(Shape::sphere(0.2)).at([0.0, before - 0.5, 0.0]);
             for edit in [None, Some(bite.subtract()), Some(ball)] {
@@ -73,7 +107,7 @@ fn grounds_touch_what_stands_on_them() -> Outcome {
                     scene.push(brush)?;
                     world.apply(&scene)?;
                 }
-                let [expected, voxel] = lowest(&scene)?;
+                let [expected, voxel] = lowest(&scene, 128)?;
                 let off = (world.ground_height() - expected) / voxel;
                 assert!(off.abs() < 1.0, "{name}: {representation:?}: {off} voxels");
             }
@@ -87,11 +121,28 @@ fn grounds_touch_what_stands_on_them() -> Outcome {
     Ok(())
 }
 
+/// Between the ground and the lowest vertex of each row is less than a voxel.
+#[test]
+fn grounds_touch_all_rows() -> Outcome {
+    let mut count = 0;
+    for (name, scene) in rows()? {
+        let [expected, voxel] = lowest(&scene, 64)?;
+        let world = Engine::cpu().build(&scene)?.field();
+        let off = (world.ground_height() - expected) / voxel;
+        assert!(off.abs() < 1.0, "{name}: {off} voxels");
+        count += 1;
+    }
+    assert!(count >= 40, "{count} rows");
+    Ok(())
+}
+
 /// Where a view says neither where the camera is nor what it shows, the surface fills 60 to 80 % of the image's shorter side.
 #[test]
 fn surfaces_fill_the_image() -> Outcome {
     let [width, height] = [160, 120];
-    for (name, scene) in solids()? {
+    let solids = solids()?.into_iter();
+    let solids = solids.map(|(name, scene)| (name.to_owned(), scene));
+    for (name, scene) in solids.chain(rows()?) {
         let world = Engine::cpu().build(&scene)?.field();
         let settings = world.render_settings([width, height], RenderMode::Normal);
         let lengths = world.ray_distances(&world.camera(), &settings)?;
