@@ -3,7 +3,7 @@
 use crate::ready::ready;
 use argil::glam::{Vec2, Vec3};
 use argil::scene::{Group, NodeDesc, NodeId, NodeKind, Operator, Scene};
-use argil::{Engine, MeshMethod, MeshNormals, MeshOptions, RayHit, World};
+use argil::{EditBudget, Engine, MeshMethod, MeshNormals, MeshOptions, RayHit, World};
 use std::collections::HashMap;
 
 /// A field of the scene on the CPU, and one of each brush alone.
@@ -55,6 +55,8 @@ pub(crate) struct Picked {
 }
 
 const FAR: f32 = 1e6;
+/// How long the window waits for the field after an edit, in milliseconds.
+const EDIT_MS: f64 = 4.0;
 const OUTLINE_CELLS: u32 = 32;
 
 impl Picker {
@@ -67,16 +69,21 @@ impl Picker {
         }
     }
 
-    /// Returns the field of the current scene, or `None` if it cannot be built.
+    /// Returns the field of the current scene, or `None` if it cannot be built. After an edit of a large scene, it is the field
+    /// before the edit for a moment, so that the window does not wait.
     pub(crate) fn world(&mut self, scene: &Scene, version: u64) -> Option<&World> {
         if self.version != version {
-            self.version = version;
-            let followed = match &mut self.world {
-                Some(world) => ready(world.apply_async(scene)).is_ok(),
-                None => false,
-            };
-            if !followed {
-                self.world = Engine::cpu().build(scene).ok().map(argil::Build::field);
+            let applied = self.world.as_mut().map(|world| {
+                let budget = EditBudget::new(EDIT_MS);
+                ready(world.apply_within_async(scene, budget))
+            });
+            match applied {
+                Some(Ok(report)) if report.remaining_blocks > 0 => {}
+                Some(Ok(_)) => self.version = version,
+                _ => {
+                    self.world = Engine::cpu().build(scene).ok().map(argil::Build::field);
+                    self.version = version;
+                }
             }
         }
         self.world.as_ref()
