@@ -3,6 +3,7 @@
 mod abi;
 mod bounds;
 mod bricks;
+mod budgets;
 mod clips;
 mod columns;
 mod copies;

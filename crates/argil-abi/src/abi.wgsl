@@ -415,7 +415,6 @@ struct BrickBuildUniform {
     max_center_distance: f32,
     half_diagonal: f32,
     lipschitz: f32,
-    steepness: f32,
     far: f32,
     pool_x: u32,
     pool_y: u32,
@@ -424,6 +423,7 @@ struct BrickBuildUniform {
     chunks: u32,
     mixed: u32,
     pad0: u32,
+    pad1: u32,
 }
 struct FillUniform {
     first_bias: vec4<f32>,

@@ -184,8 +184,6 @@ shared_struct! {
         half_diagonal: f32,
         /// The field's Lipschitz constant.
         lipschitz: f32,
-        /// The Lipschitz constant with room for rounding.
-        steepness: f32,
         /// The largest distance that an empty cell stores.
         far: f32,
         /// Bricks of the pool along x.
@@ -202,6 +200,8 @@ shared_struct! {
         mixed: u32,
         /// Zero.
         pad0: u32,
+        /// Zero.
+        pad1: u32,
     }
 }
 

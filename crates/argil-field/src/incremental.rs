@@ -19,7 +19,7 @@ use crate::materials::MaterialTable;
 use crate::part_grid::PartGrid;
 use crate::pieces::{PieceInfo, ROOT, acting, regularity_of};
 use crate::program::Program;
-use crate::{ClearanceModel, LowerError, OpcodeSet};
+use crate::{LowerError, OpcodeSet};
 pub use additions::{Additions, HardBrush};
 use arena::Arena;
 use argil_math::Aabb;
@@ -173,7 +173,7 @@ impl IncrementalProgram {
         (self.update.put, self.update.touched_ends)
     }
 
-    /// Returns boxes in which the facts about [jumps](Program::jumps_near) changed in the last update.
+    /// Returns boxes in which the facts about [jumps and slopes](Program::jumps_near) changed in the last update.
     pub fn jumps_added(&self) -> &[Aabb] {
         &self.update.loosened
     }
@@ -212,6 +212,8 @@ impl IncrementalProgram {
     ) -> Result<UpdateOutcome, LowerError> {
         let before = self.reliance();
         let units = self.units(scene, changes);
+        let has_other = changes.iter().any(|change| change.node.is_none());
+        let materials = has_other.then(|| MaterialTable::of(scene)).transpose()?;
         let mut extents = Extents::of(scene);
         let mut there = Vec::new();
         for &node in &units {
@@ -268,19 +270,23 @@ impl IncrementalProgram {
         // Kept for their parameters, whether they are collected or not.
         self.update.touched = Some(changes_made);
         let jumps = self.tables.slack + self.tables.hidden_slack > 0.0;
-        if !plain || jumps || self.first_acting() != first_acting {
+        let is_steep = self.tables.lipschitz > 1.0;
+        if !plain || jumps || is_steep || self.first_acting() != first_acting {
             self.recompute_regularity();
         }
         self.tables.magnitude = self.counts.magnitude();
-        let of_everything = changes
-            .iter()
-            .any(|change| change.influence_box == Aabb::ALL);
-        if of_everything {
-            self.tables.materials = MaterialTable::of(scene)?;
+        let mut moves_textures = false;
+        if let Some(table) = materials {
+            // They follow the materials, and instructions hold where.
+            moves_textures = table.has_textures() || self.tables.materials.has_textures();
+            self.tables.materials = table;
         }
-        let everything = of_everything || before != self.reliance();
+        let of_everything =
+            |change: &SceneChange| change.node.is_none() && !change.is_unused_material;
         Ok(UpdateOutcome {
-            needs_rebuild: everything,
+            needs_rebuild: changes.iter().any(of_everything)
+                || moves_textures
+                || before != self.reliance(),
         })
     }
 
@@ -291,19 +297,15 @@ impl IncrementalProgram {
 
     /// Whether everything derived from a program's distances is still valid for this one.
     pub fn has_same_bounds_as(&self, program: &Program) -> bool {
-        let own = (
-            program.lipschitz(),
-            program.clearance_model_in(self.index.parts.base),
-        );
-        own == self.reliance() && program.materials() == self.tables.materials()
+        program.lipschitz() == self.tables.lipschitz()
+            && program.clearance_model_in(self.index.parts.base).slack == self.reliance()
+            && program.materials() == self.tables.materials()
     }
 
-    /// Returns what decisions about distances rely on.
-    fn reliance(&self) -> (f32, ClearanceModel) {
-        (
-            self.tables.lipschitz,
-            self.tables.clearance_model_in(self.index.parts.base),
-        )
+    /// Returns what decisions about distances rely on everywhere: the error of `f32` arithmetic. Jumps and slopes are known
+    /// [where they are](Self::jumps_added).
+    fn reliance(&self) -> f32 {
+        self.tables.clearance_model_in(self.index.parts.base).slack
     }
 
     /// Adds an operand and gives its parameters a place, without changing the index.

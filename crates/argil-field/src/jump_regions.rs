@@ -14,7 +14,7 @@ use argil_scene::{BlendProfile, Operator, OperatorKind, max_blend_propagation};
 use glam::Vec3;
 
 impl Program {
-    /// Returns what jumping operands can do in a box, for those less than `far` away.
+    /// Returns what jumping and steep operands can do in a box, for those less than `far` away.
     pub fn jumps_near(&self, region: Aabb, far: f32) -> NearJumps {
         let mut near = NearJumps::NONE;
         for own in &self.loose {
@@ -22,17 +22,30 @@ impl Program {
             // NaN, from infinite solids, counts as 0.
             let gap = gap.max(Vec3::ZERO).length();
             let gap = if gap.is_nan() { 0.0 } else { gap };
-            if gap < far {
+            if gap >= far {
+                continue;
+            }
+            near.lipschitz = near.lipschitz.max(own.lipschitz);
+            if own.slack + own.hidden > 0.0 {
                 near = NearJumps {
                     gap: near.gap.min(gap),
                     slack: near.slack.max(own.slack),
                     hidden: near.hidden.max(own.hidden),
                     isolation: near.isolation.min(own.isolation),
+                    ..near
                 };
             }
         }
         near
     }
+}
+
+/// Steep pieces that have a box each. Among more of them, all of space is as steep as the steepest.
+const MAX_STEEP: usize = 64;
+
+/// Whether an operator joins by a chamfer.
+fn is_chamfer(operator: &Operator) -> bool {
+    operator.profile == BlendProfile::Chamfer && operator.blend > 0.0
 }
 
 /// The joints after a piece, up to the end of the list.
@@ -49,7 +62,7 @@ struct Later {
 impl Later {
     fn add(&mut self, operator: &Operator) {
         self.morphed |= operator.kind == OperatorKind::Morph;
-        self.chamfered |= operator.profile == BlendProfile::Chamfer && operator.blend > 0.0;
+        self.chamfered |= is_chamfer(operator);
         self.blends += operator.blend;
         self.blend = self.blend.max(operator.blend);
     }
@@ -109,14 +122,14 @@ fn solid_of(
     solid.grown(outward + 1.000_1 * underestimate * overshoot)
 }
 
-/// Returns the jumping pieces among those of a scene, given in its order. `all` is the regularity of the whole scene.
+/// Returns the jumping and the steep pieces among those of a scene, given in its order. `all` is the regularity of the whole scene.
 pub(crate) fn loose_of(
     pieces: &[PieceInfo],
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
     all: Regularity,
 ) -> Vec<JumpRegion> {
-    if all.slack + all.hidden == 0.0 {
+    if all.slack + all.hidden == 0.0 && all.lipschitz <= 1.0 {
         return Vec::new();
     }
     let solid = solid_of(pieces, &parent_of, &operator_of);
@@ -137,51 +150,83 @@ pub(crate) fn loose_of(
             // It changes no distance.
             continue;
         }
-        let Some(later) = stack.last_mut() else {
-            continue;
-        };
-        later.add(&own.operator);
-        let Regularity { slack, hidden, .. } = own.regularity;
-        if slack + hidden == 0.0 {
-            continue;
+        if let Some(later) = stack.last_mut() {
+            later.add(&own.operator);
+            loose.extend(region_of(own, later, all, solid));
         }
-        let underestimate = own
-            .regularity
-            .underestimate
-            .max(own.extent.lipschitz_inverse);
-        let falls = later.falls();
-        // A morph mixes everything. Outside the whole solid's box, the distance is positive all the same.
-        let reach = if later.morphed {
-            Aabb::ALL
-        } else {
-            own.extent.aabb.grown(1.000_1 * underestimate * falls)
-        };
-        let aabb = solid.intersection(reach);
-        if aabb.is_empty() {
-            continue;
+    }
+    if loose.iter().filter(|own| own.lipschitz > 1.0).count() > MAX_STEEP {
+        merge_steep(&mut loose, all.lipschitz);
+    }
+    loose
+}
+
+/// Returns where a piece's jumps and slope matter, if it has any. `later` are the joints from its own on.
+fn region_of(own: &PieceInfo, later: &Later, all: Regularity, solid: Aabb) -> Option<JumpRegion> {
+    let Regularity { slack, hidden, .. } = own.regularity;
+    // Open groups are not joined by chamfers.
+    let is_steep = is_chamfer(&own.operator) || own.regularity.lipschitz > 1.0;
+    if slack + hidden == 0.0 && !is_steep {
+        return None;
+    }
+    // Chamfers add slopes up.
+    let lipschitz = match is_steep && (later.chamfered || later.morphed) {
+        true => all.lipschitz,
+        false => own.regularity.lipschitz,
+    };
+    let underestimate = own
+        .regularity
+        .underestimate
+        .max(own.extent.lipschitz_inverse);
+    let falls = later.falls();
+    // A morph mixes everything. Outside the whole solid's box, the distance is positive all the same.
+    let reach = if later.morphed {
+        Aabb::ALL
+    } else {
+        own.extent.aabb.grown(1.000_1 * underestimate * falls)
+    };
+    let aabb = solid.intersection(reach);
+    let plain = JumpRegion {
+        aabb,
+        slack: 0.0,
+        hidden: 0.0,
+        isolation: f32::MAX,
+        lipschitz,
+    };
+    let region = if slack + hidden == 0.0 {
+        plain
+    } else if later.chamfered || later.morphed {
+        // Jumps add up in joints.
+        JumpRegion {
+            slack: all.slack + all.hidden,
+            ..plain
         }
+    } else {
         let settled = Regularity {
             blends: falls,
             blend: falls,
             ..own.regularity
         }
         .settled(own.extent.lipschitz_inverse);
-        loose.push(if later.chamfered || later.morphed {
-            // Jumps add up in joints.
-            JumpRegion {
-                aabb,
-                slack: all.slack + all.hidden,
-                hidden: 0.0,
-                isolation: f32::MAX,
-            }
-        } else {
-            JumpRegion {
-                aabb,
-                slack: settled.slack,
-                hidden: settled.hidden,
-                isolation: settled.isolation.min(f32::MAX),
-            }
-        });
-    }
-    loose
+        JumpRegion {
+            slack: settled.slack,
+            hidden: settled.hidden,
+            isolation: settled.isolation.min(f32::MAX),
+            ..plain
+        }
+    };
+    (!aabb.is_empty()).then_some(region)
+}
+
+/// Replaces the boxes of steep pieces by all of space, which does not depend on where each of them is.
+fn merge_steep(loose: &mut Vec<JumpRegion>, lipschitz: f32) {
+    loose.iter_mut().for_each(|own| own.lipschitz = 1.0);
+    loose.retain(|own| own.slack + own.hidden > 0.0);
+    loose.push(JumpRegion {
+        aabb: Aabb::ALL,
+        slack: 0.0,
+        hidden: 0.0,
+        isolation: f32::MAX,
+        lipschitz,
+    });
 }

@@ -78,6 +78,11 @@ impl MaterialTable {
         has_glass: false,
     };
 
+    /// Whether textures follow the materials.
+    pub(crate) fn has_textures(&self) -> bool {
+        self.entries.len() > self.materials
+    }
+
     /// Returns the properties of a material: base color, roughness, emission, metalness, and its extras.
     #[inline]
     pub(crate) fn appearance(&self, nth: usize) -> [f32; 12] {

@@ -24,6 +24,14 @@ impl From<(&'static str, u32)> for PassKey {
 #[derive(Debug, Default)]
 pub(crate) struct Cache(Mutex<Vec<(PassKey, Arc<dyn Any + Send + Sync>)>>);
 
+/// A clone has what was made so far.
+impl Clone for Cache {
+    fn clone(&self) -> Self {
+        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        Self(Mutex::new(all.clone()))
+    }
+}
+
 impl Cache {
     /// Returns what has a key, made if there is none yet.
     pub(crate) fn get<T: Any + Send + Sync>(

@@ -29,6 +29,7 @@ use argil_volume::{
 };
 use glam::Vec3;
 use std::borrow::Cow;
+use web_time::Instant;
 
 const UNIFORM_WGSL: &str = "
 @group(0) @binding(BIND_VOLUME) var<uniform> volume: LevelsUniform;
@@ -159,7 +160,9 @@ impl VolumeTables for GpuLevels {
             let Some(edits) = LevelsPendingEdits::downcast_mut(edit.edits) else {
                 return Ok(());
             };
-            let done = VolumeKind::edit(&mut self.levels, edit.incremental, edits, None, None);
+            // The CPU bakes pages.
+            let until = edit.within.map(|within| Instant::now() + within);
+            let done = VolumeKind::edit(&mut self.levels, edit.incremental, edits, None, until);
             // What a failed edit left is uploaded too.
             self.upload_changes(body, edit.field.gpu())?;
             self.edited += done?;

@@ -1,3 +1,4 @@
+mod beside;
 mod budget;
 mod near;
 

@@ -161,10 +161,9 @@ impl World {
         fn volume_info = volume_info_async(&self) -> Result<Option<VolumeInfo>, BuildError>;
 
         /// Updates the world after its scene was edited.
-        /// Sparse bricks change in place, at the cost of what the edits touch, if `scene` is the scene that the world
-        /// was built from. The result equals a fresh build. Other representations are rebuilt with voxels of the same
-        /// size, and so are bricks if an edit changes a bound that all distances rely on: [`EditReport::reason`] tells
-        /// which.
+        /// Sparse bricks and levels change in place, at the cost of what the edits touch. `scene` must be the scene that the
+        /// world was built from. The result equals a fresh build. Other representations are rebuilt with voxels of the same
+        /// size. So is everything if an edit changes what all of it relies on: [`EditReport::reason`] tells which.
         /// On a GPU the call submits work and does not wait for it. It compiles nothing, unless the world is
         /// specialized or a software device lacks an opcode.
         ///
@@ -177,11 +176,14 @@ impl World {
         /// come first. Later calls, or [`World::flush`], process the remaining ones. Until then, [`World::query`] sees the
         /// new scene. [`World::query_volume`] and pictures see each cell in its old or its new state.
         ///
-        /// The budget is checked between batches of blocks. A call does at least one batch, so an expensive brush, such
-        /// as a displaced one, can exceed it.
+        /// The budget is checked before each brick. Of two calls, at least one samples a brick. What cannot change in place is built again
+        /// on another thread, beside this world, which has its old shapes until then ([`World::is_rebuilding`]). A later call takes
+        /// the new world over, and applies what was edited since. Both worlds are in memory until then. A page has no threads, so there a rebuild
+        /// exceeds the budget.
         ///
         /// # Errors
-        /// If the scene cannot be compiled, or the result exceeds the memory budget.
+        /// If the scene cannot be compiled, or the result exceeds the memory budget. If that is found on the other thread, a later call
+        /// returns it, and the call after that builds again.
         fn apply_within = apply_within_async(&mut self, scene: &Scene, budget: EditBudget)
             -> Result<EditReport, BuildError>;
 

@@ -11,7 +11,8 @@ use argil_math::Aabb;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EditBudget {
-    /// The time to spend, in milliseconds, approximately. On a GPU, the call submits as much work as it expects to run in that time.
+    /// The time to spend, in milliseconds. A call may take longer by what it does between two looks at the clock: one brick, or a
+    /// few pages of levels. On a GPU, the call submits as much work as it expects to run in that time.
     pub max_ms: f64,
     /// Blocks near this point come first. It is usually the camera.
     pub priority_point: [f32; 3],
@@ -46,9 +47,12 @@ pub struct EditReport {
     pub dirty_box: Aabb,
     /// Duration in milliseconds. With a GPU, only the CPU's part.
     pub duration_ms: f64,
-    /// Whether the whole world was rebuilt.
+    /// Whether the whole world was rebuilt. Within a budget, this is so when a rebuild on another thread was taken over.
     pub rebuilt: bool,
-    /// The reason for the rebuild, if there was one.
+    /// Whether the world is being rebuilt on another thread. It has its old shapes, and `remaining_blocks` is not 0. Later calls
+    /// take the new world over.
+    pub is_rebuilding: bool,
+    /// The reason for the rebuild, if there is one.
     pub reason: Option<RebuildReason>,
 }
 
@@ -56,8 +60,10 @@ pub struct EditReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RebuildReason {
-    /// The representation cannot be edited in place. Only sparse bricks can.
-    #[error("only sparse bricks can be edited in place, and this world has another representation")]
+    /// The representation cannot be edited in place. Only sparse bricks and levels can.
+    #[error(
+        "only sparse bricks and levels can be edited in place, and this world has another representation"
+    )]
     NotEditable,
     /// The scene reaches outside the volume's box. Only sparse bricks grow, and not if an infinite solid is clipped.
     #[error(
@@ -67,9 +73,10 @@ pub enum RebuildReason {
     /// An infinite solid, which the volume's box clips, was added or removed.
     #[error("the edit added or removed an infinite solid, which the volume's box clips")]
     Unbounded,
-    /// A bound that all distances rely on changed: the Lipschitz constant, the size of jumps, or the list of materials.
+    /// Something changed that everything relies on: a material, an image, a mesh, or the bounds of the view. Or the largest solid,
+    /// whose size bounds the error of arithmetic.
     #[error(
-        "the edit changed the materials, or a bound on the slope or the jumps of all distances"
+        "the edit changed materials, images, meshes, the bounds of the view, or the largest size"
     )]
     GlobalBounds,
     /// The world grew, and the edits were recorded with margins that are now too small.

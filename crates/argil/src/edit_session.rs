@@ -1,11 +1,17 @@
 //! Updates a world after its scene's edits, in place.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod beside;
+
 use crate::device::{AnyDevice, Device, EditWork, HostEncoder};
 use crate::edit_report::{EditBudget, EditReport, RebuildReason};
 use crate::memory::{budget_on, without_budget};
 #[cfg(feature = "gpu")]
-use crate::moves::{Moves, SceneState};
+use crate::moves::Moves;
 use crate::representation::has_outgrown;
+#[cfg(feature = "gpu")]
+use crate::scene_state::SceneState;
+use crate::scene_state::state_of;
 use crate::{BuildError, Engine};
 #[cfg(feature = "gpu")]
 use argil_field::BrushMotion;
@@ -35,6 +41,21 @@ pub(crate) struct EditPace<'a> {
     pub encoder: Option<&'a mut HostEncoder>,
 }
 
+impl EditPace<'_> {
+    /// Returns the time to spend. NaN and negative budgets count as 0.
+    fn within(&self) -> Option<Duration> {
+        let budget = self.budget?;
+        let seconds = (budget.max_ms * 1e-3).clamp(0.0, 1e6);
+        Some(Duration::try_from_secs_f64(seconds).unwrap_or_default())
+    }
+
+    /// Whether all of the time since a start is spent.
+    fn is_used_up(&self, start: Instant) -> bool {
+        let within = self.within();
+        within.is_some_and(|within| !within.is_zero() && start.elapsed() >= within)
+    }
+}
+
 /// Tracks which changes of its scene a world has applied.
 #[derive(Debug)]
 pub(crate) struct EditSession {
@@ -54,6 +75,10 @@ pub(crate) struct EditSession {
     stats: EditStats,
     /// Why the world cannot be updated in place, if it is stale.
     stale_reason: RebuildReason,
+    /// Whether the last update followed changes, and did not only go on with what remained.
+    has_followed: bool,
+    /// Whether the last update had no time for any block.
+    has_waited: bool,
     /// What the last edits moved.
     #[cfg(feature = "gpu")]
     moves: Moves,
@@ -61,15 +86,18 @@ pub(crate) struct EditSession {
 
 impl EditSession {
     pub(crate) fn of(scene: &Scene) -> Self {
+        let (identity, seen_changes) = state_of(scene);
         Self {
-            identity: scene.id(),
-            seen_changes: scene.change_count(),
+            identity,
+            seen_changes,
             edits: None,
             watch: None,
             program: None,
             pending_boxes: Vec::new(),
             stats: EditStats::default(),
             stale_reason: RebuildReason::FailedEdit,
+            has_followed: false,
+            has_waited: false,
             #[cfg(feature = "gpu")]
             moves: Moves::default(),
         }
@@ -79,6 +107,11 @@ impl EditSession {
     pub(crate) fn watch(&mut self, scene: &Scene, edits: Box<dyn PendingEdits>, program: &Program) {
         self.watch = Some(scene.request_margins(edits.margins(program)));
         self.edits = Some(edits);
+    }
+
+    /// Whether the last update followed changes, and did not only go on with what remained.
+    pub(crate) fn has_followed(&self) -> bool {
+        self.has_followed
     }
 
     /// Whether the representation can change in place.
@@ -152,62 +185,29 @@ impl EditSession {
             Ok(changes) => changes,
             Err(reason) => return Ok(UpdateResult::Rebuild(reason)),
         };
-        let is_first = self.program.is_none();
-        let live = match &mut self.program {
-            Some(live) => live,
-            None => {
-                let (scene, Some(program)) = before else {
-                    return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
-                };
-                let live = IncrementalProgram::new(scene, edits.parts(program))?;
-                if !live.has_same_bounds_as(program) {
-                    return Ok(UpdateResult::Rebuild(RebuildReason::GlobalBounds));
-                }
-                self.program.insert(live)
-            }
-        };
-        if live.update(scene, changes)?.needs_rebuild {
-            return Ok(self.request_rebuild(RebuildReason::GlobalBounds));
-        }
-        if is_first {
-            live.tighten_box();
-        }
-        let put = live.inserted_box();
-        match self.grow(scene, device, put) {
-            Ok(None) => {}
-            Ok(Some(reason)) => return Ok(self.request_rebuild(reason)),
-            // The program is already ahead of the volume, so the next update must rebuild.
-            Err(error) => return Err(self.mark_stale(error)),
-        }
-        let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
-            return Ok(UpdateResult::Rebuild(RebuildReason::FailedEdit));
-        };
-        #[cfg(feature = "gpu")]
-        let (state, moved) = ((self.identity, self.seen_changes), live.moved());
-        self.seen_changes = scene.change_count();
-        if let Some(watch) = &self.watch {
-            watch.set(edits.margins(live.program()));
-        }
-        if let Err(error) = device.follow_program(live) {
-            return Err(self.mark_stale(error));
-        }
+        let is_going_on = self.program.is_some() && edits.remaining_blocks() > 0;
         let boxes: Vec<[Aabb; 2]> = changes.iter().flat_map(SceneChange::boxes).collect();
-        if !edits.merge(live, &boxes) {
-            return Ok(self.request_rebuild(RebuildReason::TooLarge));
+        // What is known of earlier changes holds until others come.
+        self.has_followed = !(changes.is_empty() && is_going_on);
+        if self.has_followed
+            && let Some(reason) = self.add_changes(scene, changes, &boxes, (device, before))?
+        {
+            return Ok(self.request_rebuild(reason));
         }
-        if let Some(budget) = pace.budget {
+        if let (Some(budget), Some(edits)) = (pace.budget, &mut self.edits) {
             edits.sort_by_distance(budget.priority_point.into());
         }
+        let dirty = boxes.iter().map(|[dirty, _]| *dirty);
         self.pending_boxes
-            .extend(boxes.iter().map(|[dirty, _]| *dirty));
-        if let Err(error) = self
-            .continue_edits(device, (engine, budget), pace, start)
-            .await
-        {
-            return Err(self.mark_stale(error));
+            .extend(dirty.filter(|dirty| !dirty.is_empty()));
+        // Where following the changes took all of the time, blocks wait for the next call, once.
+        self.has_waited = !self.has_waited && self.has_followed && pace.is_used_up(start);
+        if !self.has_waited {
+            let edited = self.continue_edits(device, (engine, budget), pace, start);
+            if let Err(error) = edited.await {
+                return Err(self.mark_stale(error));
+            }
         }
-        #[cfg(feature = "gpu")]
-        self.moves.note(state, moved);
         let dirty_box = boxes
             .iter()
             .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
@@ -216,8 +216,72 @@ impl EditSession {
             dirty_box,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: false,
+            is_rebuilding: false,
             reason: None,
         }))
+    }
+
+    /// Lets the program, the voxel grid and the remaining work follow a scene's changes. Returns the reason for a rebuild if they
+    /// cannot.
+    ///
+    /// # Errors
+    /// If the scene cannot be compiled; then nothing changes. If the device fails; then the next update rebuilds the world.
+    fn add_changes(
+        &mut self,
+        scene: &Scene,
+        changes: &[SceneChange],
+        boxes: &[[Aabb; 2]],
+        (device, before): (&mut AnyDevice, (&Scene, Option<&Program>)),
+    ) -> Result<Option<RebuildReason>, BuildError> {
+        let Some(edits) = &self.edits else {
+            return Ok(Some(RebuildReason::NotEditable));
+        };
+        let is_first = self.program.is_none();
+        let live = match &mut self.program {
+            Some(live) => live,
+            None => {
+                let (scene, Some(program)) = before else {
+                    return Ok(Some(RebuildReason::FailedEdit));
+                };
+                let live = IncrementalProgram::new(scene, edits.parts(program))?;
+                if !live.has_same_bounds_as(program) {
+                    return Ok(Some(RebuildReason::GlobalBounds));
+                }
+                self.program.insert(live)
+            }
+        };
+        if live.update(scene, changes)?.needs_rebuild {
+            return Ok(Some(RebuildReason::GlobalBounds));
+        }
+        if is_first {
+            live.tighten_box();
+        }
+        let put = live.inserted_box();
+        match self.grow(scene, device, put) {
+            Ok(None) => {}
+            Ok(Some(reason)) => return Ok(Some(reason)),
+            // The program is already ahead of the volume, so the next update must rebuild.
+            Err(error) => return Err(self.mark_stale(error)),
+        }
+        let (Some(live), Some(edits)) = (&mut self.program, &mut self.edits) else {
+            return Ok(Some(RebuildReason::FailedEdit));
+        };
+        #[cfg(feature = "gpu")]
+        self.moves
+            .note((self.identity, self.seen_changes), live.moved());
+        self.seen_changes = scene.change_count();
+        if let Some(watch) = &self.watch {
+            watch.set(edits.margins(live.program()));
+        }
+        if let Err(error) = device.follow_program(live) {
+            return Err(self.mark_stale(error));
+        }
+        // Much steeper than before, blocks depend on more than the program tells of their parts.
+        if edits.min_margins(live.program())[1] > live.parts().far {
+            return Ok(Some(RebuildReason::GlobalBounds));
+        }
+        let fits = edits.merge(live, boxes);
+        Ok((!fits).then_some(RebuildReason::TooLarge))
     }
 
     /// Grows the voxel grid to contain what was inserted. Returns the reason for a rebuild if it cannot.
@@ -263,15 +327,10 @@ impl EditSession {
         let (Some(live), Some(edits)) = (&self.program, &mut self.edits) else {
             return Ok(());
         };
-        // NaN and negative budgets count as 0.
-        let within = pace.budget.map(|budget| {
-            let seconds = (budget.max_ms * 1e-3).clamp(0.0, 1e6);
-            Duration::try_from_secs_f64(seconds).unwrap_or_default()
-        });
         let work = EditWork {
             memory_budget: budget_on(engine, requested),
             start,
-            within,
+            within: pace.within(),
             encoder: pace.encoder,
         };
         let edited = device.edit(live, &mut **edits, work).await;

@@ -77,6 +77,12 @@ impl BuildError {
         }
     }
 
+    /// Whether there was too little memory.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn lacks_memory(&self) -> bool {
+        matches!(self, Self::Memory { .. }) || self.exceeded_budget().is_some()
+    }
+
     /// Returns the bytes that bricks need and the budget that they exceed, if that is the reason.
     pub(crate) fn exceeded_budget(&self) -> Option<[u64; 2]> {
         match *self {

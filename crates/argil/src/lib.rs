@@ -43,6 +43,7 @@ mod program_cache;
 mod query;
 mod rendering;
 mod representation;
+mod scene_state;
 mod still;
 mod still_error;
 mod vertex_error;

@@ -16,6 +16,20 @@ pub(crate) struct Light {
 }
 
 impl Light {
+    /// Bakes the levels for bricks of a layout, unless they do not fit into memory or there are too many brushes.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn baked(program: &Program, bricks: &BrickLayout) -> Self {
+        let light = Self::default();
+        light.levels(program, None, bricks);
+        light
+    }
+
+    /// Whether an image needed the levels.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn is_baked(&self) -> bool {
+        self.lock().is_some()
+    }
+
     /// Returns the levels for bricks of a layout, after all edits. Returns `None` if they do not fit into memory, or if there
     /// are too many brushes: light then reads what the bricks store.
     pub(crate) fn levels(

@@ -1,13 +1,11 @@
 //! Which brushes the last edits moved.
 
+use crate::scene_state::SceneState;
 use argil_field::{BrushMotion, IncrementalProgram, MovedBrush};
 use std::collections::VecDeque;
 
 /// Edits that are kept. A frame that is older shows the camera's motion alone.
 const KEPT_EDITS: usize = 16;
-
-/// The scene, and the number of its changes that a world has applied.
-pub(crate) type SceneState = (u64, usize);
 
 /// The brushes that each of the last edits moved.
 #[derive(Debug, Default)]

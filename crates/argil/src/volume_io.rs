@@ -86,7 +86,7 @@ impl World {
 
     /// A file whose volume lags behind its scene could never catch up.
     fn check_finished(&self) -> Result<(), VolumeFileError> {
-        match self.edits.remaining_blocks() {
+        match self.remaining_blocks() {
             0 => Ok(()),
             blocks => Err(VolumeFileError::UnfinishedEdits { blocks }),
         }

@@ -1,5 +1,9 @@
+#[cfg(not(target_arch = "wasm32"))]
+mod background_rebuild;
 mod edits;
 mod levels;
+mod rebuild;
+mod take_over;
 
 use crate::MeshCounts;
 use crate::build_context::BuildContext;
@@ -19,6 +23,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
+use web_time::Instant;
 
 /// With fewer queries than this between two edits, preparing pruned programs does not pay.
 const FEW_QUERIES: u32 = 64;
@@ -56,13 +61,24 @@ pub struct World {
     pub(crate) device: AnyDevice,
     pub(crate) light: Light,
     build_timings: BuildTimings,
+    /// How long the last build of everything took, in milliseconds.
+    rebuild_ms: f64,
+    /// Whether memory was too small for another world beside this one.
+    lacks_room_beside: bool,
+    #[cfg(not(target_arch = "wasm32"))]
+    rebuild: Option<background_rebuild::BackgroundRebuild>,
 }
 
 impl World {
     pub(crate) fn new(engine: Engine, scene: &Scene) -> Result<Self, BuildError> {
+        let start = Instant::now();
         let program = Program::lower(scene)?;
         let device = AnyDevice::new(&engine, &program)?;
         Ok(Self {
+            rebuild_ms: start.elapsed().as_secs_f64() * 1e3,
+            lacks_room_beside: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            rebuild: None,
             engine,
             program: OnceLock::from(ProgramCache::from(program)),
             edits: EditSession::of(scene),
@@ -87,6 +103,8 @@ impl World {
         scene: &Scene,
         representation: Representation,
     ) -> Result<Self, BuildError> {
+        let start = Instant::now();
+        self.stop_rebuild();
         // Free the old volume before the new one is built.
         self.device.clear();
         self.light.forget();
@@ -110,6 +128,7 @@ impl World {
         };
         let built = representation.build(&mut self.device, &site, None);
         self.build_timings = built.await?;
+        self.rebuild_ms = start.elapsed().as_secs_f64() * 1e3;
         self.begin_following(scene);
         self.representation = representation;
         Ok(self)

@@ -90,15 +90,22 @@ fn edits_keep_to_a_budget() -> Outcome {
             max_ms: 0.1,
             priority_point: [3.0, 0.0, 0.0],
         };
+        let layout = world
+            .volume_info()?
+            .and_then(|info| info.bricks)
+            .expect("bricks")
+            .layout;
+        let block = 4.0 * 1.74 * layout.cell_length();
         let mut left = u64::MAX;
         let (mut calls, mut halves) = (0, 0);
         while left > 0 {
             let applied = world.apply_within(&scene, pace)?;
-            assert!(!applied.rebuilt && applied.remaining_blocks < left);
+            // A block can take several calls.
+            assert!(!applied.rebuilt && applied.remaining_blocks <= left);
             left = applied.remaining_blocks;
             calls += 1;
             assert_eq!(told.lock().expect("a lock").is_empty(), left > 0);
-            if calls % 3 == 1 {
+            if calls % (if is_gpu { 3 } else { 6 }) == 1 {
                 let now = cells(&world);
                 let all: BTreeSet<[i32; 3]> = [&now, &before, &after]
                     .iter()
@@ -117,7 +124,8 @@ fn edits_keep_to_a_budget() -> Outcome {
                     halves += 1;
                     let [done, left] =
                         [news, olds].map(|c| distance_of(&world, &c, pace.priority_point));
-                    assert!(done < left, "{done} {left}");
+                    // The cells of a block come in the order of their numbers.
+                    assert!(done < left + block, "{done} {left}");
                 }
             }
         }

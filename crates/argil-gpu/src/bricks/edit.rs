@@ -83,6 +83,12 @@ impl BrickTables {
             }
         }
         recorder.submit()?;
+        // What remains may be as steep as before.
+        let lipschitz = live.program().lipschitz();
+        self.lipschitz = match work.is_done() {
+            true => lipschitz,
+            false => self.lipschitz.max(lipschitz),
+        };
         self.describe();
         result
     }

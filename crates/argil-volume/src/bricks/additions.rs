@@ -84,7 +84,7 @@ impl Bricks {
             ReachedBlock {
                 part,
                 first,
-                cells,
+                cells: cells & work.remaining_cells(first),
                 reach,
             }
         });

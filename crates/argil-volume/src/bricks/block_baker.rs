@@ -219,13 +219,14 @@ impl PageSite<'_> {
             texels.truncate(begin);
             return None;
         }
+        let lipschitz = self.bounds.lipschitz();
         let is_plane = context.may_be_plane(&texels[begin..]);
-        let flat = is_plane.then(|| baker.flat_program(list, cell, context.tolerance));
+        let flat = is_plane.then(|| baker.flat_program(list, cell, (lipschitz, context.tolerance)));
         let flat = flat.flatten();
         let is_flat = flat.is_some();
         // Other materials are not near the surface.
         let list = flat.as_deref().unwrap_or(list);
-        let material = baker.material(list, cell, mixed);
+        let material = baker.material(list, (cell, lipschitz), mixed);
         Some(SampledBrick { material, is_flat })
     }
 }

@@ -15,6 +15,7 @@ use argil_abi::{FillUniform, Instruction};
 use argil_field::{CELLS_PER_BATCH, ChangeSet, HardBrush, IncrementalProgram, Pruner};
 use glam::{IVec3, Vec3};
 use std::ops::Range;
+use web_time::{Duration, Instant};
 
 /// If more octants than this changed, the whole brick is sampled, because an octant has more than an eighth of a
 /// brick's samples.
@@ -34,6 +35,8 @@ pub(super) struct BakedBlock<T> {
     pub mixed: Vec<[u32; 2]>,
     /// Bricks of which at least one sample was evaluated.
     pub sampled: u64,
+    /// Cells for which there was no time, one bit each. They are as before.
+    pub late: u64,
 }
 
 /// Moves the lowest bits of `bits` to the positions of the set bits in `places`, in order.
@@ -70,12 +73,18 @@ pub(super) struct BlockEditor<'a> {
     /// Appended brushes that alone determine how existing bricks changed. Empty if more must be known.
     pub hard: Vec<HardBrush>,
     pub work: &'a EditQueue,
+    /// When to stop, if the time is limited.
+    pub until: Option<Instant>,
 }
 
 /// The state of a thread.
 pub(super) struct BlockWorker<'a> {
     pruner: Pruner<'a>,
     filler: BrickBaker<'a>,
+    /// How long it took at most to measure a block.
+    pub slowest_block: Duration,
+    /// How long it took at most to sample a brick.
+    slowest_brick: Duration,
 }
 
 impl<T> BakedBlock<T> {
@@ -88,6 +97,7 @@ impl<T> BakedBlock<T> {
             texels: Vec::new(),
             mixed: Vec::new(),
             sampled: 0,
+            late: 0,
         }
     }
 }
@@ -117,6 +127,19 @@ struct NearSurface<'a> {
     bounds: &'a CellBounds<'a>,
 }
 
+/// The cells of a block that edits can have changed.
+struct EditedCells<'a> {
+    bounds: CellBounds<'a>,
+    /// A bit for each cell in which a touched instruction can have mattered.
+    changed: u64,
+    /// A bit for each cell that the boxes of edits reach.
+    dirty: u64,
+    /// The octants of each cell in which something can have changed, one bit each.
+    octants: [u8; CELLS_PER_BATCH],
+    /// The cells near the surface.
+    found: CandidateBlock,
+}
+
 /// The result of sampling a brick.
 enum Sampled {
     /// The brick is unchanged.
@@ -132,6 +155,8 @@ impl BlockEditor<'_> {
         BlockWorker {
             pruner: Pruner::new(self.live.program()),
             filler: BrickBaker::new(self.live.program(), &self.layout, &self.fill, &self.places),
+            slowest_block: Duration::ZERO,
+            slowest_brick: Duration::ZERO,
         }
     }
 
@@ -207,7 +232,13 @@ impl BlockEditor<'_> {
         }
     }
 
-    /// Measures some of a block's cells, one bit each, and samples the dirty ones.
+    /// Whether no time is left for work that takes a while.
+    pub(super) fn is_late(&self, takes: Duration) -> bool {
+        self.until
+            .is_some_and(|until| Instant::now() + takes > until)
+    }
+
+    /// Measures some of a block's cells, one bit each, and samples the dirty ones, as long as there is time.
     pub(super) fn make<T: Texel>(
         &self,
         worker: &mut BlockWorker<'_>,
@@ -215,14 +246,46 @@ impl BlockEditor<'_> {
         some: u64,
         bricks: &Bricks,
     ) -> BakedBlock<T> {
-        let (first, instructions) = (lists.first, &lists.current);
+        let first = lists.first;
         let mut made = BakedBlock::new(first, lists.far);
         if made.far.is_some() {
             return made;
         }
+        let start = self.until.map(|_| Instant::now());
         let bounds = self.bounds.of_block(&self.layout, first);
-        let BlockWorker { pruner, filler } = worker;
-        // The cells that edits can have changed, one bit each.
+        let pruner = &mut worker.pruner;
+        let (changed, found) = self.measure(pruner, &bounds, (lists, some), &mut made.words);
+        // A missing block reads as far.
+        let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
+        let old = &bricks.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
+        let dirty = self.work.dirty_cells(&self.layout, self.live, first);
+        let octants = if self.hard.is_empty() {
+            self.octants(first, lists, changed & dirty, (&found, old), pruner)
+        } else {
+            [u8::MAX; CELLS_PER_BATCH]
+        };
+        let slowest = &mut worker.slowest_block;
+        *slowest = start.map_or(Duration::ZERO, |start| start.elapsed().max(*slowest));
+        let edited = EditedCells {
+            bounds,
+            changed,
+            dirty,
+            octants,
+            found,
+        };
+        self.sample_cells(worker, &edited, (bricks, old), &mut made);
+        made
+    }
+
+    /// Measures some of a block's cells, one bit each. Returns those that edits can have changed, and those near the surface.
+    fn measure(
+        &self,
+        pruner: &mut Pruner<'_>,
+        bounds: &CellBounds<'_>,
+        (lists, some): (&BlockProgram, u64),
+        words: &mut [u32],
+    ) -> (u64, CandidateBlock) {
+        let (first, instructions) = (lists.first, &lists.current);
         let mut changed = self.mattered(first, lists, pruner);
         let mut select = |pruner: &Pruner<'_>| {
             if let Some(touched) = self.touched.filter(|_| changed != u64::MAX) {
@@ -232,23 +295,35 @@ impl BlockEditor<'_> {
             }
             changed
         };
-        let words = &mut made.words;
         let listed = (&instructions[..], some);
         let wanted = Wanted::Programs(&mut select);
-        let found = near_block(&self.layout, &bounds, first, listed, pruner, words, wanted);
+        let found = near_block(&self.layout, bounds, first, listed, pruner, words, wanted);
         // The other cells are unchanged.
-        changed &= some;
+        (changed & some, found)
+    }
+
+    /// Samples the dirty cells of a block, as long as there is time.
+    fn sample_cells<T: Texel>(
+        &self,
+        worker: &mut BlockWorker<'_>,
+        edited: &EditedCells<'_>,
+        (bricks, old): (&Bricks, &[u32]),
+        made: &mut BakedBlock<T>,
+    ) {
+        let EditedCells {
+            bounds,
+            changed,
+            dirty,
+            octants,
+            found,
+        } = edited;
         let samples = self.layout.brick_samples() as usize;
-        // A missing block reads as far.
-        let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
-        let old = &bricks.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
         let pool = bricks.store.pool.of::<T>().expect(OF_THIS_TYPE);
-        let dirty = self.work.dirty_cells(&self.layout, self.live, first);
-        let octants = if self.hard.is_empty() {
-            self.octants(first, lists, changed & dirty, (&found, old), pruner)
-        } else {
-            [u8::MAX; CELLS_PER_BATCH]
-        };
+        let BlockWorker {
+            filler,
+            slowest_brick,
+            ..
+        } = worker;
         // The maximum number of bricks, so that they are moved only once.
         let near = found.cells.iter().filter(|&&(i, _)| {
             let i = usize::from(i);
@@ -256,6 +331,7 @@ impl BlockEditor<'_> {
         });
         made.texels.reserve_exact(near.count() * samples);
         let mut next = found.cells.iter().peekable();
+        let mut has_sampled = false;
         for (i, &old) in old.iter().enumerate() {
             let list: Option<Range<usize>> = next
                 .next_if(|&&(inner, _)| usize::from(inner) == i)
@@ -272,30 +348,39 @@ impl BlockEditor<'_> {
                 made.words[i] = old;
                 continue;
             }
+            if has_sampled && self.is_late(*slowest_brick) {
+                made.words[i] = kept_word(old, false).unwrap_or(old);
+                made.late |= 1 << i;
+                continue;
+            }
+            has_sampled = true;
+            let start = self.until.map(|_| Instant::now());
             let was = is_brick(old).then(|| PreviousBlock {
                 samples: &pool[old as usize * samples..][..samples],
                 look: bricks.store.materials[old as usize],
             });
-            let cell = first + inner_cell(i);
+            let cell = made.first + inner_cell(i);
             let near = NearSurface {
                 list,
                 cell,
                 octants: octants[i],
-                bounds: &bounds,
+                bounds,
             };
             match self.sample(filler, &near, was, &mut made.texels) {
                 Sampled::Same => made.words[i] = old,
                 Sampled::Clear => {}
                 Sampled::New(is_other) => {
                     made.sampled += u64::from(is_other);
-                    let material = filler.material(list, cell, &mut made.mixed);
+                    let material = (cell, bounds.lipschitz());
+                    let material = filler.material(list, material, &mut made.mixed);
                     made.bricks.push((i as u8, material));
                     // The brick's index is known when it is committed to the pool.
                     made.words[i] = 0;
                 }
             }
+            *slowest_brick =
+                start.map_or(Duration::ZERO, |start| start.elapsed().max(*slowest_brick));
         }
-        made
     }
 
     /// Samples a brick behind `texels`. It stays there unless no surface passes through it or it is unchanged.

@@ -13,13 +13,14 @@ pub(crate) struct CellBounds<'a> {
     terms: ClearanceModel,
     jumps: NearJumps,
     base: f32,
+    /// The Lipschitz constant near the cell or block.
     lipschitz: f32,
     /// The largest distance that a cell stores.
     far: f32,
 }
 
 impl<'a> CellBounds<'a> {
-    /// Creates bounds near the origin, without jumps.
+    /// Creates bounds near the origin, without jumps, and as steep as the steepest place.
     pub(super) fn new(program: &'a Program, layout: &BrickLayout) -> Self {
         Self {
             program,
@@ -35,9 +36,20 @@ impl<'a> CellBounds<'a> {
     pub(super) fn about(&self, center: Vec3, half: f32) -> Self {
         let farthest = center.abs().max_element() + 3f32.sqrt() * half;
         let cube = Aabb::new(center - half, center + half);
+        self.in_cube(cube, farthest)
+    }
+
+    /// Returns the bounds in a cube, whose arithmetic has coordinates up to `farthest`.
+    fn in_cube(&self, cube: Aabb, farthest: f32) -> Self {
+        let jumps = self.program.jumps_near(cube, self.far);
+        let terms = ClearanceModel {
+            steepness: 1.000_01 * jumps.lipschitz,
+            ..self.terms.at(self.base, farthest)
+        };
         Self {
-            terms: self.terms.at(self.base, farthest),
-            jumps: self.program.jumps_near(cube, self.far),
+            terms,
+            jumps,
+            lipschitz: jumps.lipschitz,
             ..*self
         }
     }
@@ -54,11 +66,7 @@ impl<'a> CellBounds<'a> {
         let offset = origin.map_or(Vec3::ZERO, |origin| origin.as_vec3());
         let rounding = 1e-6 * offset.abs().max_element();
         let cube = Aabb::new(cube.min + offset, cube.max + offset).grown(rounding);
-        Self {
-            terms: self.terms.at(self.base, farthest),
-            jumps: self.program.jumps_near(cube, self.far),
-            ..*self
-        }
+        self.in_cube(cube, farthest)
     }
 
     /// Returns the bounds in a block with a first cell.
@@ -71,7 +79,7 @@ impl<'a> CellBounds<'a> {
     }
 
     /// Returns values for shaders that use a pruned program: its rounding error, the distance and size of jumps,
-    /// and the largest jump of the program.
+    /// the largest jump of the program, and the Lipschitz constant.
     fn words(&self, instructions: &[Instruction]) -> [f32; BLOCK_WORDS] {
         let jumps = &self.jumps;
         [
@@ -81,6 +89,7 @@ impl<'a> CellBounds<'a> {
             jumps.hidden,
             jumps.isolation,
             self.program.jump_of(instructions),
+            self.lipschitz,
         ]
     }
 
@@ -108,6 +117,11 @@ impl<'a> CellBounds<'a> {
     /// Returns the largest distance that is not [clear](Self::is_clear), where nothing jumps.
     pub(super) fn unclear_length(&self, radius: f32) -> f32 {
         1.000_01 * (radius * self.terms.steepness + self.terms.slack)
+    }
+
+    /// Returns a bound on how fast distances change per unit of length, near the cell or block.
+    pub(super) fn lipschitz(&self) -> f32 {
+        self.lipschitz
     }
 
     /// Returns the distance up to which cell centers determine their bricks, where nothing jumps. Instructions
@@ -148,7 +162,7 @@ impl<'a> CellBounds<'a> {
 }
 
 /// Words that shaders need of a block besides its program.
-pub const BLOCK_WORDS: usize = 6;
+pub const BLOCK_WORDS: usize = 7;
 
 impl BrickLayout {
     /// Returns the words that shaders need of a block besides its program.

@@ -88,12 +88,12 @@ impl<'a> BrickBaker<'a> {
         &mut self,
         instructions: &[Instruction],
         cell: IVec3,
-        tolerance: f32,
+        (lipschitz, tolerance): (f32, f32),
     ) -> Option<Vec<Instruction>> {
         let only = if is_plain(instructions) {
             instructions.to_vec()
         } else {
-            self.only_surface(instructions, cell)?
+            self.only_surface(instructions, cell, lipschitz)?
         };
         self.is_plane(&only, cell, tolerance).then_some(only)
     }
@@ -103,6 +103,7 @@ impl<'a> BrickBaker<'a> {
         &mut self,
         instructions: &[Instruction],
         cell: IVec3,
+        lipschitz: f32,
     ) -> Option<Vec<Instruction>> {
         let mut pruner = self.pruner.take().unwrap_or_else(|| {
             let (pruner, list) = (Pruner::new(self.program), Vec::new());
@@ -120,7 +121,7 @@ impl<'a> BrickBaker<'a> {
         let radius = 0.5 * 3f32.sqrt() * (part + 2.0 * voxel);
         let mut d = [0.0; CELLS_PER_BATCH];
         own.classify_cells(instructions, &centers, radius, &mut d);
-        let reach = self.program.lipschitz() * (radius + voxel);
+        let reach = lipschitz * (radius + voxel);
         let mut only: Option<Vec<Instruction>> = None;
         let mut is_one = true;
         for (i, _) in d.iter().enumerate().filter(|(_, d)| d.abs() <= reach) {
@@ -297,11 +298,12 @@ impl<'a> BrickBaker<'a> {
         }
     }
 
-    /// Returns a cell's material: one material, or an index among the block's mixed bricks.
+    /// Returns a cell's material: one material, or an index among the block's mixed bricks. Distances near the cell change no
+    /// faster than `lipschitz` per unit of length.
     pub(super) fn material(
         &mut self,
         instructions: &[Instruction],
-        cell: IVec3,
+        (cell, lipschitz): (IVec3, f32),
         mixed: &mut Vec<[u32; 2]>,
     ) -> u32 {
         if let Some(only) = only_material(instructions, self.program.materials()) {
@@ -326,7 +328,7 @@ impl<'a> BrickBaker<'a> {
             .materials_with(instructions, [&x, &y, &z], &mut d, &mut found);
         // If two neighboring points are farther from the surface than the distance between them, no surface lies
         // between.
-        let reach = 1.01 * self.program.lipschitz() * 3f32.sqrt() * step * voxel_grid.voxel_size;
+        let reach = 1.01 * lipschitz * 3f32.sqrt() * step * voxel_grid.voxel_size;
         // If no point is near, all of them count. Then a program may contain more than it needs.
         let has_near = d.iter().any(|d| d.abs() <= reach);
         let reach = if has_near { reach } else { f32::INFINITY };

@@ -275,7 +275,9 @@ impl FillWorker<'_> {
             if !bounds.is_clear(least, reach) {
                 *owner = (found.slot * 64) as u32 + u32::from(*inner);
                 words[usize::from(*inner)] = job.first + k;
-                *material = self.baker.material(own, cell, &mut mixed);
+                *material = self
+                    .baker
+                    .material(own, (cell, bounds.lipschitz()), &mut mixed);
             }
         }
         mixed

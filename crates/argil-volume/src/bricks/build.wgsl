@@ -14,10 +14,11 @@ struct BlockBounds {
     hidden: f32,
     isolation: f32,
     list_jump: f32,
+    lipschitz: f32,
 }
 
 fn bounds_of(nth: u32) -> BlockBounds {
-    let at = prune.bounds_first + 6u * nth;
+    let at = prune.bounds_first + 7u * nth;
     return BlockBounds(
         bitcast<f32>(lists[at]),
         bitcast<f32>(lists[at + 1u]),
@@ -25,19 +26,21 @@ fn bounds_of(nth: u32) -> BlockBounds {
         bitcast<f32>(lists[at + 3u]),
         bitcast<f32>(lists[at + 4u]),
         bitcast<f32>(lists[at + 5u]),
+        bitcast<f32>(lists[at + 6u]),
     );
 }
 
 // GPU version of ClearanceModel::radius: the radius around a point at distance `d` without a surface.
 fn plain_radius(d: f32, bounds: BlockBounds) -> f32 {
-    return (d - bounds.rounding) / volume.steepness;
+    return (d - bounds.rounding) / (1.00001 * bounds.lipschitz);
 }
 
 // The same for distances that can jump.
 fn jumping_radius(d: f32, bounds: BlockBounds) -> f32 {
     let left = d - (bounds.rounding + bounds.slack);
-    let plain = left / volume.steepness;
-    return select(max(bounds.isolation, (left - bounds.hidden) / volume.steepness), plain, plain <= bounds.isolation);
+    let steepness = 1.00001 * bounds.lipschitz;
+    let plain = left / steepness;
+    return select(max(bounds.isolation, (left - bounds.hidden) / steepness), plain, plain <= bounds.isolation);
 }
 
 // GPU version of Bounds::is_clear.
@@ -50,7 +53,7 @@ fn is_clear(d: f32, bounds: BlockBounds, radius: f32) -> bool {
 fn center_word(d: f32, bounds: BlockBounds) -> u32 {
     let jumping = max(jumping_radius(min(abs(d), volume.far), bounds), bounds.gap);
     let clear = min(plain_radius(abs(d), bounds), jumping);
-    let left = clamp(clear * volume.lipschitz, 0.0, volume.far);
+    let left = clamp(clear * bounds.lipschitz, 0.0, volume.far);
     return empty_word(select(left, -left, d < 0.0));
 }
 

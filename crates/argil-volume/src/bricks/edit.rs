@@ -23,6 +23,7 @@ use crate::{SampleFormat, Texel};
 use argil_abi::FillUniform;
 use argil_field::{CELLS_PER_BATCH, HardBrush, IncrementalProgram, PartGrid, Program};
 use glam::IVec3;
+use rayon::iter::Either;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use web_time::Instant;
@@ -113,18 +114,28 @@ impl Bricks {
         until: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
         let mut done = EditStats::default();
+        // What remains may be as steep as before.
+        let lipschitz = live.program().lipschitz();
+        self.lipschitz = self.lipschitz.max(lipschitz);
         let mut count = if until.is_some() {
-            2 * rayon::current_num_threads()
+            rayon::current_num_threads()
         } else {
             usize::MAX
         };
         while !work.is_done() {
             let start = Instant::now();
             let units = work.next(count);
-            done += match self.layout.encoding.format {
-                SampleFormat::Snorm8 => self.process_batches::<i8>(live, work, units, budget)?,
-                SampleFormat::Snorm16 => self.process_batches::<i16>(live, work, units, budget)?,
+            let processed = match self.layout.encoding.format {
+                SampleFormat::Snorm8 => {
+                    self.process_batches::<i8>(live, work, units, (budget, until))
+                }
+                SampleFormat::Snorm16 => {
+                    self.process_batches::<i16>(live, work, units, (budget, until))
+                }
             };
+            let (some, late) = processed?;
+            done += some;
+            work.put_back(&self.layout, live, &late);
             if let Some(until) = until {
                 let now = Instant::now();
                 let left = until.saturating_duration_since(now).as_secs_f64();
@@ -136,16 +147,20 @@ impl Bricks {
                 count = ((count as f64 * fits.min(4.0)) as usize).max(1);
             }
         }
+        if work.is_done() {
+            self.lipschitz = lipschitz;
+        }
         Ok(done)
     }
 
+    /// Rebuilds the blocks of batches. Returns what it did, and the blocks that ran out of time with their remaining cells.
     fn process_batches<T: Texel>(
         &mut self,
         live: &IncrementalProgram,
         work: &EditQueue,
         units: Vec<EditBatch>,
-        budget: Option<u64>,
-    ) -> Result<EditStats, BricksError> {
+        (budget, until): (Option<u64>, Option<Instant>),
+    ) -> Result<(EditStats, Vec<(IVec3, u64)>), BricksError> {
         let bounds = CellBounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
         let fill = encoding.fill_uniform(live.program(), &self.layout.voxel_grid, 0);
@@ -159,23 +174,38 @@ impl Bricks {
             fill,
             places: SampleOffsets::new(&self.layout),
             work,
+            until,
         };
         let bricks = &*self;
-        let made: Vec<BakedBlock<T>> = jobs
+        let (made, mut late): (Vec<BakedBlock<T>>, Vec<(IVec3, u64)>) = jobs
             .into_par_iter()
+            .enumerate()
             .map_init(
                 || edit.worker(),
-                |worker, job| match job {
-                    EditJob::Listed(cells, lists) => edit.make(worker, &lists, cells, bricks),
-                    EditJob::Reached(block) => {
-                        let lists = block.list(&edit.layout, live);
-                        edit.make(worker, &lists, block.cells, bricks)
+                |worker, (nth, job)| {
+                    // The first one begins however late it is, so that each call gets on.
+                    let is_late = nth > 0 && edit.is_late(worker.slowest_block);
+                    match job {
+                        EditJob::Listed(cells, lists) if is_late => Err((lists.first, cells)),
+                        EditJob::Reached(block) if is_late => Err((block.first, block.cells)),
+                        EditJob::Listed(cells, lists) => {
+                            Ok(edit.make(worker, &lists, cells, bricks))
+                        }
+                        EditJob::Reached(block) => {
+                            let lists = block.list(&edit.layout, live);
+                            Ok(edit.make(worker, &lists, block.cells, bricks))
+                        }
                     }
                 },
             )
-            .collect();
+            .partition_map(|job| match job {
+                Ok(made) => Either::Left(made),
+                Err(late) => Either::Right(late),
+            });
+        let parts = made.iter().filter(|own| own.late != 0);
+        late.extend(parts.map(|own| (own.first, own.late)));
         self.check_budget(&made, budget)?;
-        Ok(self.commit(&made, live))
+        Ok((self.commit(&made, live), late))
     }
 
     /// Returns the blocks that batches rebuild, and the appended brushes that alone determine how existing bricks
@@ -189,7 +219,7 @@ impl Bricks {
     ) -> (Vec<EditJob>, Vec<HardBrush>) {
         let Some((reached, hard)) = self.reached::<T>(live, work, &units, (bounds, fill)) else {
             let lists = work.lists(&self.layout, live, units).into_iter();
-            let all = lists.map(|list| EditJob::Listed(u64::MAX, list));
+            let all = lists.map(|list| EditJob::Listed(work.remaining_cells(list.first), list));
             return (all.collect(), Vec::new());
         };
         // Boxes are less precise than pruning: with few brushes, a pruned program is shorter.

@@ -5,6 +5,7 @@ use super::{BLOCK_SIDE, BrickLayout, inner_cell};
 use argil_field::{CELLS_PER_BATCH, IncrementalProgram};
 use argil_math::Aabb;
 use glam::{IVec3, Vec3};
+use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum blocks in the boxes of edits. Larger edits are baked instead.
@@ -12,7 +13,7 @@ const MAX_BLOCKS: f32 = 262_144.0;
 /// Maximum boxes in which a larger layout has something new, before they are joined.
 const MAX_NEW_BOXES: usize = 256;
 /// Maximum blocks per batch, if the work has a time budget.
-const SHORT_UNIT: usize = 8;
+const SHORT_UNIT: usize = 4;
 
 /// Blocks of one part that are rebuilt together.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +34,8 @@ pub struct EditQueue {
     is_latest: bool,
     /// Boxes in which more than distances changed: facts about jumps, or whether blocks are examined at all.
     loosened: Vec<Aabb>,
+    /// Of blocks that ran out of time, the cells that are rebuilt already, one bit each.
+    rebuilt: FxHashMap<IVec3, u64>,
 }
 
 impl EditQueue {
@@ -56,6 +59,7 @@ impl EditQueue {
             units: Vec::new(),
             is_latest: true,
             loosened: loosened.clone(),
+            rebuilt: FxHashMap::default(),
         };
         work.boxes
             .extend(loosened.into_iter().map(|held| [held; 2]));
@@ -76,7 +80,13 @@ impl EditQueue {
         }
         let all = self.units.iter().chain(&remaining.units);
         let blocks = all.flat_map(|unit| unit.blocks.iter().map(|block| block.to_array()));
-        self.units = units(layout, incremental, blocks.collect());
+        let blocks = blocks.collect();
+        // What the new edits touch is rebuilt whole.
+        let touched = self.units.iter().flat_map(|unit| &unit.blocks);
+        let mut rebuilt = remaining.rebuilt;
+        touched.for_each(|block| _ = rebuilt.remove(block));
+        self.rebuilt = rebuilt;
+        self.units = units(layout, incremental, blocks);
         self.boxes.extend(remaining.boxes);
         self.loosened.extend(remaining.loosened);
         self.is_latest = false;
@@ -105,6 +115,26 @@ impl EditQueue {
     /// Takes the first batches.
     pub fn next(&mut self, count: usize) -> Vec<EditBatch> {
         self.units.drain(..count.min(self.units.len())).collect()
+    }
+
+    /// Puts blocks back that ran out of time, each with its cells that remain.
+    pub(super) fn put_back(
+        &mut self,
+        layout: &BrickLayout,
+        incremental: &IncrementalProgram,
+        blocks: &[(IVec3, u64)],
+    ) {
+        self.rebuilt
+            .extend(blocks.iter().map(|&(block, cells)| (block, !cells)));
+        let blocks = blocks.iter().map(|(block, _)| block.to_array());
+        let mut all = units(layout, incremental, blocks.collect());
+        all.append(&mut self.units);
+        self.units = all;
+    }
+
+    /// Returns the cells of a block that remain to be rebuilt, one bit each.
+    pub(super) fn remaining_cells(&self, block: IVec3) -> u64 {
+        !self.rebuilt.get(&block).copied().unwrap_or(0)
     }
 
     /// Whether nothing remains.

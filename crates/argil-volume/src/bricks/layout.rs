@@ -275,7 +275,6 @@ impl BrickLayout {
     /// bounds of distances.
     pub fn build_uniform(&self, program: &Program) -> BrickBuildUniform {
         let voxel_grid = &self.voxel_grid;
-        let terms = program.clearance_model_in(self.base_length());
         let [low, high] = [self.first_cell(), self.end_cell()];
         BrickBuildUniform {
             corner: voxel_grid.corner.to_array(),
@@ -291,7 +290,6 @@ impl BrickLayout {
             max_center_distance: self.half_diagonal(1),
             half_diagonal: 0.5 * 3f32.sqrt() * voxel_grid.voxel_size,
             lipschitz: program.lipschitz(),
-            steepness: terms.steepness,
             far: self.far_length(),
             ..BrickBuildUniform::default()
         }

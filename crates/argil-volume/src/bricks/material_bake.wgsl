@@ -26,7 +26,7 @@ fn fill_materials(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocatio
         mine = pack_material(field_material);
         // Samples farther from the surface than the diagonal between samples do not count.
         let step = f32(volume.brick_size_voxels) / f32(MATERIAL_SIDE - 1u);
-        let reach = 1.01 * volume.lipschitz * 1.7320508 * step * volume.voxel_size;
+        let reach = 1.01 * bounds_of(near.x / 64u).lipschitz * 1.7320508 * step * volume.voxel_size;
         is_near = abs(d) <= reach;
         is_resolved = abs(d) <= MATERIAL_OWN_RATIO * reach;
     }

@@ -10,6 +10,10 @@ use crate::{BricksError, EditStats, PendingEdits, SampleFormat, Texel};
 use argil_field::IncrementalProgram;
 use argil_math::Aabb;
 use glam::IVec3;
+use web_time::Instant;
+
+/// Pages that a thread bakes between two looks at the clock.
+const PAGES_AT_ONCE: usize = 4;
 
 impl Levels {
     /// Grows to another box of the same voxels. Samples nothing.
@@ -46,7 +50,8 @@ impl Levels {
     }
 
     /// Bakes again what is resident and an edit can have changed. What is not resident needs nothing: it is baked from
-    /// the edited program when a ray asks for it.
+    /// the edited program when a ray asks for it. Coarse levels come first. It stops when `until` has passed, after a few pages at
+    /// least; a later call goes on.
     ///
     /// # Errors
     /// If the coarsest level alone exceeds the budget.
@@ -54,6 +59,7 @@ impl Levels {
         &mut self,
         live: &IncrementalProgram,
         edits: &mut LevelsPendingEdits,
+        until: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
         // Parameters can move although no distance changes.
         if self.revision != live.revision() {
@@ -64,13 +70,14 @@ impl Levels {
         if edits.is_done() {
             return Ok(EditStats::default());
         }
-        by_format!(self, edit_pages(live, edits))
+        by_format!(self, edit_pages(live, edits, until))
     }
 
     fn edit_pages<T: Texel>(
         &mut self,
         live: &IncrementalProgram,
         edits: &mut LevelsPendingEdits,
+        until: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
         let program = live.to_program();
         if let Some(stored) = &mut self.stored {
@@ -84,11 +91,14 @@ impl Levels {
             self.drop_missing_roots();
             return Err(error);
         }
-        self.lipschitz = program.lipschitz();
+        // What remains may be as steep as before.
+        self.lipschitz = self.lipschitz.max(program.lipschitz());
         let before = self.brick_count();
         let context = PageContext::new(&program, &self.layout);
         let mut done = EditStats::default();
-        match live.changes().filter(|_| edits.has_known_changes()) {
+        let is_short = until.is_none() || self.is_short(edits);
+        let known = edits.has_known_changes() && is_short;
+        match live.changes().filter(|_| known) {
             Some(touched) => {
                 let mut previous = Vec::new();
                 live.previous_instructions(&mut previous);
@@ -96,27 +106,53 @@ impl Levels {
                 self.edit_affected::<T>(&context, touched, lists, &mut done);
                 edits.clear();
             }
-            None => self.edit_boxes::<T>(&context, edits, &mut done),
+            None => self.edit_boxes::<T>(&context, edits, until, &mut done),
         }
+        if edits.is_done() {
+            self.lipschitz = program.lipschitz();
+        }
+        // What edits added may be more than there is room for.
+        self.make_room::<T>(0);
         let after = self.brick_count();
         done.added = after.saturating_sub(before);
         done.removed = before.saturating_sub(after);
         Ok(done)
     }
 
-    /// Bakes again all resident pages that boxes reach, on all levels.
+    /// Whether boxes reach so few pages that there is no need to look at the clock.
+    fn is_short(&self, edits: &LevelsPendingEdits) -> bool {
+        let levels = 0..self.layout.count();
+        let pages = levels.map(|level| self.touched(level, edits.boxes(level)).len());
+        pages.sum::<usize>() <= PAGES_AT_ONCE * rayon::current_num_threads()
+    }
+
+    /// Bakes again all resident pages that boxes reach, level by level, until a point in time.
     fn edit_boxes<T: Texel>(
         &mut self,
         context: &PageContext<'_>,
         edits: &mut LevelsPendingEdits,
+        until: Option<Instant>,
         done: &mut EditStats,
     ) {
+        let at_once = match until {
+            Some(_) => PAGES_AT_ONCE * rayon::current_num_threads(),
+            None => usize::MAX,
+        };
+        let mut has_baked = false;
         for level in (0..self.layout.count()).rev() {
-            let boxes = edits.take(level);
-            let slots = self.touched(level, &boxes);
-            let cells: Vec<u8> = slots.iter().map(|&slot| self.known_cells(slot)).collect();
-            let baked = self.bake_pages::<T>(context, &slots, &cells);
-            self.replace_cells(&slots, &baked, &vec![u8::MAX; slots.len()], done);
+            let mut slots = self.touched(level, edits.boxes(level));
+            slots.retain(|&slot| !edits.has_baked(&self.pages[slot as usize]));
+            for slots in slots.chunks(at_once) {
+                if has_baked && until.is_some_and(|until| Instant::now() >= until) {
+                    return;
+                }
+                has_baked = true;
+                edits.note_baked(slots.iter().map(|&slot| self.pages[slot as usize]));
+                let cells: Vec<u8> = slots.iter().map(|&slot| self.known_cells(slot)).collect();
+                let baked = self.bake_pages::<T>(context, slots, &cells);
+                self.replace_cells(slots, &baked, &vec![u8::MAX; slots.len()], done);
+            }
+            edits.finish(level);
         }
     }
 
@@ -188,11 +224,9 @@ impl Levels {
         let mut found = Vec::new();
         let roots = self.roots.iter().copied().filter(|&slot| slot != NO_PAGE);
         let mut open: Vec<u32> = roots.collect();
-        let rounding = 0.01 * self.layout.level(level).voxel_grid.voxel_size;
         while let Some(slot) = open.pop() {
             let page = &self.pages[slot as usize];
-            // A point on a page's side belongs to both pages.
-            let held = self.layout.page_box(page).grown(rounding);
+            let held = self.layout.edited_box(page);
             if !boxes.iter().any(|one| !one.intersection(held).is_empty()) {
                 continue;
             }

@@ -104,6 +104,12 @@ impl LevelsLayout {
         Aabb::new(layout.cell_box(first).min, last.max)
     }
 
+    /// Returns the box that an edit reaches if it changes a page. A point on a page's side belongs to both pages.
+    pub(super) fn edited_box(&self, page: &Page) -> Aabb {
+        let rounding = 0.01 * self.level(page.level).voxel_grid.voxel_size;
+        self.page_box(page).grown(rounding)
+    }
+
     /// Returns the same levels over another box of the same voxels.
     pub(super) fn with_grid(&self, voxel_grid: VoxelGrid) -> Self {
         Self {

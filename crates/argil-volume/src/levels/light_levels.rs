@@ -84,7 +84,7 @@ impl LightLevels {
             return Ok(());
         }
         let levels = Arc::make_mut(&mut self.levels);
-        levels.edit(live, &mut self.edits)?;
+        levels.edit(live, &mut self.edits, None)?;
         levels.refine_around(program, Vec3::ZERO, 0.0);
         Ok(())
     }

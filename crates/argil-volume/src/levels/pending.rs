@@ -1,10 +1,12 @@
 //! The state of levels for edits in place.
 
 use super::layout::LevelsLayout;
+use super::page::{NO_PAGE, Page};
 use crate::{PendingEdits, TooFarError, VoxelGrid};
 use argil_field::{IncrementalProgram, PartGrid, Program};
 use argil_math::Aabb;
-use glam::Vec3;
+use glam::{IVec3, Vec3};
+use rustc_hash::FxHashSet;
 use std::any::Any;
 
 /// The layout of levels, and the boxes in which edits changed what each level stores.
@@ -16,6 +18,8 @@ pub struct LevelsPendingEdits {
     is_outgrown: bool,
     /// Whether all edits come from the program's last update, which knows what it touched.
     has_known_changes: bool,
+    /// The pages that are baked already, of the level that ran out of time.
+    baked: FxHashSet<(u32, IVec3)>,
 }
 
 /// Maximum pages along a side of the coarsest level. A world that grows beyond it is built again, with more levels.
@@ -28,6 +32,7 @@ impl LevelsPendingEdits {
             boxes: vec![Vec::new(); layout.count() as usize],
             is_outgrown: false,
             has_known_changes: false,
+            baked: FxHashSet::default(),
         }
     }
 
@@ -55,9 +60,22 @@ impl LevelsPendingEdits {
         &self.boxes[level as usize]
     }
 
-    /// Takes the boxes of a level.
-    pub(super) fn take(&mut self, level: u32) -> Vec<Aabb> {
-        std::mem::take(&mut self.boxes[level as usize])
+    /// Notes that a level is done.
+    pub(super) fn finish(&mut self, level: u32) {
+        self.boxes[level as usize].clear();
+        self.baked.clear();
+    }
+
+    /// Whether a page was baked before time ran out.
+    pub(super) fn has_baked(&self, page: &Page) -> bool {
+        self.baked.contains(&(page.level, page.place()))
+    }
+
+    /// Notes pages that are baked. From now on, boxes tell what remains.
+    pub(super) fn note_baked(&mut self, pages: impl Iterator<Item = Page>) {
+        self.baked
+            .extend(pages.map(|page| (page.level, page.place())));
+        self.has_known_changes = false;
     }
 }
 
@@ -98,6 +116,7 @@ impl PendingEdits for LevelsPendingEdits {
             return false;
         }
         self.has_known_changes = self.is_done() && live.jumps_added().is_empty();
+        let boxes_before: Vec<usize> = self.boxes.iter().map(Vec::len).collect();
         for level in 0..self.layout.count() {
             let layout = self.layout.level(level);
             let [_, far] = layout.margins(live.program());
@@ -110,6 +129,12 @@ impl PendingEdits for LevelsPendingEdits {
             }
             own.extend(live.jumps_added().iter().map(|one| one.grown(jumps)));
         }
+        let (boxes, layout) = (&self.boxes, &self.layout);
+        self.baked.retain(|&(level, place)| {
+            let held = layout.edited_box(&Page::new(level, place, NO_PAGE));
+            let new = &boxes[level as usize][boxes_before[level as usize]..];
+            new.iter().all(|one| one.intersection(held).is_empty())
+        });
         true
     }
 
@@ -121,5 +146,6 @@ impl PendingEdits for LevelsPendingEdits {
 
     fn clear(&mut self) {
         self.boxes.iter_mut().for_each(Vec::clear);
+        self.baked.clear();
     }
 }

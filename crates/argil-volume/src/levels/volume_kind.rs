@@ -63,10 +63,10 @@ impl VolumeKind for Levels {
         live: &IncrementalProgram,
         edits: &mut dyn PendingEdits,
         _: Option<u64>,
-        _: Option<Instant>,
+        until: Option<Instant>,
     ) -> Result<EditStats, BricksError> {
         match LevelsPendingEdits::downcast_mut(edits) {
-            Some(edits) => Levels::edit(self, live, edits),
+            Some(edits) => Levels::edit(self, live, edits, until),
             _ => Ok(EditStats::default()),
         }
     }

@@ -46,6 +46,22 @@ impl AnyDevice {
         Ok(Self::Cpu(CpuDevice::Field))
     }
 
+    /// Creates another device of this kind, with no brush and nothing stored. On a GPU, it uses the same shaders.
+    ///
+    /// # Errors
+    /// If the GPU fails.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn beside(&self) -> Result<Self, BuildError> {
+        match self {
+            Self::Cpu(_) => Ok(Self::Cpu(CpuDevice::Field)),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(device) => Ok(Self::Gpu(GpuDevice {
+                program: device.program.beside()?,
+                storage: super::GpuStorage::Field,
+            })),
+        }
+    }
+
     /// Whether edits can be applied to what is stored.
     pub(crate) fn is_editable(&self) -> bool {
         self.has_volume() && !self.is_specialized()

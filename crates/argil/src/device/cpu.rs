@@ -19,6 +19,9 @@ use argil_volume::{
 use std::borrow::Cow;
 use web_time::Instant;
 
+/// The share of a budget of time after which an edit samples no more. The rest is for storing what it has sampled.
+const SAMPLED_SHARE: f64 = 0.85;
+
 /// What a world stores on the CPU besides its program.
 #[derive(Debug)]
 #[expect(
@@ -312,7 +315,9 @@ impl Device for CpuDevice {
         let Some(volume) = self.as_volume_mut() else {
             return Ok(EditStats::default());
         };
-        let until = work.within.map(|within| work.start + within);
+        let until = work
+            .within
+            .map(|within| work.start + within.mul_f64(SAMPLED_SHARE));
         Ok(volume.edit(live, edits, work.memory_budget, until)?)
     }
 

@@ -421,7 +421,10 @@ impl Device for GpuDevice {
         work: EditWork<'_>,
     ) -> Result<EditStats, BuildError> {
         if let GpuStorage::Volume(volume) = &mut self.storage {
-            let submission = (work.within, work.encoder);
+            let within = work
+                .within
+                .map(|own| own.saturating_sub(work.start.elapsed()));
+            let submission = (within, work.encoder);
             let budget = work.memory_budget;
             let edited = volume.edit(&self.program, live, edits, budget, submission);
             edited.await?;

@@ -1,6 +1,7 @@
 //! Updates a world after its scene's edits.
 
 use super::World;
+use super::rebuild::rebuild;
 use crate::build_context::BuildContext;
 use crate::device::{AnyDevice, Device};
 use crate::edit_session::{EditPace, EditSession, UpdateResult};
@@ -59,10 +60,51 @@ impl World {
         pace: EditPace<'_>,
     ) -> Result<EditReport, BuildError> {
         let start = Instant::now();
+        let is_within_budget = pace.budget.is_some();
+        if is_within_budget && let Some(report) = self.report_of_rebuild(scene, start) {
+            return Ok(report);
+        }
+        let taken_over = match self.take_over_rebuild(scene) {
+            Ok(reason) => reason,
+            // Without a budget, the world is built once more.
+            Err(error) if is_within_budget => return Err(error),
+            Err(_) => None,
+        };
+        let Some(reason) = taken_over else {
+            return self.follow_changes(scene, pace, start).await;
+        };
+        let report = if self.edits.has_seen_all(scene) {
+            EditReport {
+                remaining_blocks: 0,
+                dirty_box: Aabb::ALL,
+                duration_ms: start.elapsed().as_secs_f64() * 1e3,
+                rebuilt: true,
+                is_rebuilding: false,
+                reason: Some(reason),
+            }
+        } else {
+            self.follow_changes(scene, pace, start).await?
+        };
+        Ok(EditReport {
+            dirty_box: Aabb::ALL,
+            rebuilt: true,
+            reason: report.reason.or(Some(reason)),
+            ..report
+        })
+    }
+
+    /// Updates the world after its scene was edited, while it is not being rebuilt.
+    async fn follow_changes(
+        &mut self,
+        scene: &Scene,
+        pace: EditPace<'_>,
+        start: Instant,
+    ) -> Result<EditReport, BuildError> {
         let mut reason = RebuildReason::NotEditable;
         if self.edits.is_in_place() {
             reason = RebuildReason::Specialized;
         }
+        let max_ms = pace.budget.map(|budget| budget.max_ms);
         if self.device.is_editable() && self.device.has_lost_edits() {
             reason = RebuildReason::NotSubmitted;
         } else if self.device.is_editable() {
@@ -90,7 +132,9 @@ impl World {
                 Err(error) => return Err(error),
                 Ok(UpdateResult::InPlace(applied)) => {
                     self.forget_program();
-                    if let Some(layout) = self.device.brick_layout() {
+                    if let Some(layout) = self.device.brick_layout()
+                        && self.edits.has_followed()
+                    {
                         self.light.note_edit(self.edits.program(), &layout);
                     }
                     self.note_ground(applied.dirty_box);
@@ -102,42 +146,32 @@ impl World {
                 Ok(UpdateResult::Rebuild(why)) => reason = why,
             }
         }
+        if let Some(max_ms) = max_ms
+            && let Some(report) = self.rebuild_beside(scene, reason, (max_ms, start))?
+        {
+            return Ok(report);
+        }
         self.build_again(scene, reason, start).await
     }
 
     /// Builds the world again after an edit that it cannot follow in place.
-    async fn build_again(
+    pub(super) async fn build_again(
         &mut self,
         scene: &Scene,
-        mut reason: RebuildReason,
+        reason: RebuildReason,
         start: Instant,
     ) -> Result<EditReport, BuildError> {
-        let program = Program::lower(scene)?;
-        self.device.set_program(&program)?;
-        let voxel_grid = match self.device.voxel_grid() {
-            Some(old) => {
-                let new = updated_grid(&old, scene, &program)?;
-                if new != old && reason == RebuildReason::NotEditable {
-                    reason = RebuildReason::OutsideBox;
-                }
-                Some(new)
-            }
-            None => None,
-        };
-        let site = BuildContext {
-            engine: &self.engine,
-            scene,
-            program: &program,
-        };
-        let built = self
-            .representation
-            .build(&mut self.device, &site, voxel_grid);
-        self.build_timings = built.await?;
+        let voxel_grid = self.device.voxel_grid();
+        let target = (self.representation, voxel_grid);
+        let built = rebuild(&mut self.device, (&self.engine, scene), target, reason);
+        let built = built.await?;
+        self.build_timings = built.timings;
+        self.rebuild_ms = built.duration_ms;
         self.light.forget();
         self.framing = OnceLock::new();
         self.ground = OnceLock::new();
         self.scene = scene.snapshot();
-        self.program = OnceLock::from(ProgramCache::from(program));
+        self.program = OnceLock::from(ProgramCache::from(built.program));
         let done = self.edits.take_stats();
         self.begin_following(scene);
         self.observers.notify(&[Aabb::ALL]);
@@ -152,7 +186,8 @@ impl World {
             dirty_box: Aabb::ALL,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
             rebuilt: true,
-            reason: Some(reason),
+            is_rebuilding: false,
+            reason: Some(built.reason),
         })
     }
 
@@ -161,6 +196,7 @@ impl World {
     /// # Errors
     /// If the result exceeds the memory budget, or the device fails.
     pub async fn flush_async(&mut self) -> Result<EditStats, BuildError> {
+        self.finish_rebuild().await?;
         if !self.device.is_editable() {
             return Ok(self.edits.take_stats());
         }
