@@ -12,7 +12,8 @@ use argil_math::Aabb;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EditBudget {
     /// The time to spend, in milliseconds. A call may take longer by what it does between two looks at the clock: one brick, or a
-    /// few pages of levels. On a GPU, the call submits as much work as it expects to run in that time.
+    /// few pages of levels. On a GPU, the call submits as much work as it expects to run in that time. A software GPU keeps no
+    /// budget: it works in the call, and compiles shaders for the first shape of a kind.
     pub max_ms: f64,
     /// Blocks near this point come first. It is usually the camera.
     pub priority_point: [f32; 3],
