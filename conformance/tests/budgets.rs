@@ -102,6 +102,31 @@ fn random_logs_end_as_without_a_budget() -> Outcome {
     Ok(())
 }
 
+/// Levels of many pages get on with each call, whatever the calls before have done.
+#[test]
+fn levels_of_many_pages_come_to_an_end() -> Outcome {
+    let mut scene = Scene::new();
+    scene.push(Shape::cuboid([1.0, 0.4, 1.0]))?;
+    let levels = || Representation::all(128)[2];
+    let build = |scene: &Scene| Engine::cpu().build(scene)?.with_representation(levels());
+    let (mut world, mut other) = (build(&scene)?, build(&scene)?);
+    for world in [&mut world, &mut other] {
+        picture(world)?;
+    }
+    // It reaches all pages that there are.
+    scene.push(
+        Brush::new(Shape::torus(0.8, 0.2))
+            .at([0.0, 0.4, 0.0])
+            .smooth(0.3),
+    )?;
+    let first = world.apply_within(&scene, SHORT)?;
+    assert!(first.remaining_blocks > 0, "{first:?}");
+    finish(&mut world, &scene)?;
+    other.apply(&scene)?;
+    assert!(picture(&mut world)? == picture(&mut other)?);
+    Ok(())
+}
+
 /// Of edits of all kinds, few build bricks again.
 #[test]
 fn few_edits_build_bricks_again() -> Outcome {

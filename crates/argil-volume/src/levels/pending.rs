@@ -63,7 +63,7 @@ impl LevelsPendingEdits {
     /// Notes that a level is done.
     pub(super) fn finish(&mut self, level: u32) {
         self.boxes[level as usize].clear();
-        self.baked.clear();
+        self.baked.retain(|(other, _)| *other != level);
     }
 
     /// Whether a page was baked before time ran out.
