@@ -44,8 +44,12 @@ fn finish(world: &mut World, scene: &Scene) -> Result<usize, Box<dyn std::error:
 
 /// Returns what a world shows, with all that its levels can have.
 fn picture(world: &mut World) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    picture_of(world, [48, 36])
+}
+
+fn picture_of(world: &mut World, size: [u32; 2]) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let camera = world.camera();
-    let settings = world.render_settings([48, 36], RenderMode::Normal);
+    let settings = world.render_settings(size, RenderMode::Normal);
     if world.levels().is_some() {
         world.refine(&camera, &settings)?;
     }
@@ -107,11 +111,11 @@ fn random_logs_end_as_without_a_budget() -> Outcome {
 fn levels_of_many_pages_come_to_an_end() -> Outcome {
     let mut scene = Scene::new();
     scene.push(Shape::cuboid([1.0, 0.4, 1.0]))?;
-    let levels = || Representation::all(128)[2];
+    let levels = || Representation::all(256)[2];
     let build = |scene: &Scene| Engine::cpu().build(scene)?.with_representation(levels());
     let (mut world, mut other) = (build(&scene)?, build(&scene)?);
     for world in [&mut world, &mut other] {
-        picture(world)?;
+        picture_of(world, [240, 180])?;
     }
     // It reaches all pages that there are.
     scene.push(
@@ -123,7 +127,10 @@ fn levels_of_many_pages_come_to_an_end() -> Outcome {
     assert!(first.remaining_blocks > 0, "{first:?}");
     finish(&mut world, &scene)?;
     other.apply(&scene)?;
-    assert!(picture(&mut world)? == picture(&mut other)?);
+    let [own, theirs] = [&mut world, &mut other].map(|world| picture_of(world, [240, 180]));
+    let (own, theirs) = (own?, theirs?);
+    let apart = own.iter().zip(&theirs).filter(|(a, b)| a.abs_diff(**b) > 2);
+    assert!(apart.count() * 200 <= own.len());
     Ok(())
 }
 
