@@ -54,30 +54,21 @@ pub fn run_with(
     Ok(())
 }
 
-/// Builds the program of tasks, and runs it: see [`build_and_run`].
-///
-/// # Errors
-/// If the build or the task fails.
-pub fn chore(
-    environment: &[(&str, &str)],
-    options: &[&str],
-    arguments: &[impl AsRef<str>],
-) -> anyhow::Result<()> {
-    build_and_run(environment, options, "argil-chores", arguments)
-}
-
-/// Builds a program of the workspace with these environment variables and options of Cargo, and runs it without them.
+/// Builds a program of the workspace, and runs it.
 ///
 /// # Errors
 /// If the build or the program fails.
-pub fn build_and_run(
-    environment: &[(&str, &str)],
-    options: &[&str],
-    name: &str,
-    arguments: &[impl AsRef<str>],
-) -> anyhow::Result<()> {
+pub fn build_and_run(name: &str, arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
     let build = ["build", "--workspace", "--bin", name, "--locked"];
-    run_with(environment, "cargo", &[&build, options].concat())?;
+    run("cargo", &build)?;
+    run_built(name, arguments)
+}
+
+/// Runs a program of the workspace that is built.
+///
+/// # Errors
+/// If the program is missing or fails.
+pub fn run_built(name: &str, arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
     let target = match std::env::var_os("CARGO_TARGET_DIR") {
         Some(folder) => root().join(folder),
         None => root().join("target"),

@@ -7,7 +7,7 @@ mod test;
 mod tools;
 
 use anyhow::bail;
-use xtask::{build_and_run, chore};
+use xtask::build_and_run;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
 
@@ -27,9 +27,9 @@ fn main() -> anyhow::Result<()> {
         Some("test") => test::run_all(),
         Some("python") if is_release => python::run_all(&python::RELEASED),
         Some("python") => python::run_all(&python::TESTED),
-        Some("fuzz") => build_and_run(&[], &[], "argil-fuzz", &arguments[1..]),
+        Some("fuzz") => build_and_run("argil-fuzz", &arguments[1..]),
         Some("compare-mitsuba") => mitsuba::run_all(),
-        Some("web" | "generate" | "shader-stats") => chore(&[], &[], &arguments),
+        Some("web" | "generate" | "shader-stats") => build_and_run("argil-chores", &arguments),
         _ => bail!(USAGE),
     }
 }

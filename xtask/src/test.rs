@@ -2,11 +2,14 @@
 
 use crate::python;
 use crate::tools::{DENY, NEXTEST, TYPOS};
-use anyhow::bail;
+use anyhow::{Context, bail};
+use std::fs::File;
+use std::path::PathBuf;
+use std::process::{Child, Command};
 use std::thread::JoinHandle;
 use xtask::apt::{CHROMIUM, MESA, NODE, OPENVDB, WEB_RUST};
 use xtask::apt::{Needed, install, install_quietly, quietly, quietly_with};
-use xtask::{LINT_WHILE_COMPILING, build_and_run, chore, packages, run, run_with};
+use xtask::{LINT_WHILE_COMPILING, packages, root, run, run_built, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 
@@ -68,13 +71,48 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
         &[TESTS, &["--no-fail-fast"]].concat(),
     )?;
     let seconds = ["--seconds", FUZZ_SECONDS];
-    build_and_run(LINT_WHILE_COMPILING, &[WORLD], "argil-fuzz", &seconds)?;
+    // Those that are there: alone, they would be built again, with the features that only tests need left out.
+    run_built("argil-fuzz", &seconds)?;
     compiled(&["test", "--workspace", "--locked", "--doc", WORLD])?;
     run("cargo", &documentation())?;
-    chore(LINT_WHILE_COMPILING, &[WORLD], &["web", "test"])?;
-    python::run_all(&python::TESTED)?;
+    // Both are mostly one program at a time: together, they use two cores.
+    let package = PythonTests::start()?;
+    let page = run_built("argil-chores", &["web", "test"]);
+    package.finish()?;
+    page?;
     println!("\nAll checks passed.");
     Ok(())
+}
+
+/// The tests of the Python package, in a process of their own.
+struct PythonTests {
+    process: Child,
+    log: PathBuf,
+}
+
+impl PythonTests {
+    fn start() -> anyhow::Result<Self> {
+        let log = root().join("target/python-test.log");
+        let file = File::create(&log).with_context(|| log.display().to_string())?;
+        let process = Command::new(std::env::current_exe()?)
+            .arg("python")
+            .current_dir(root())
+            .stdout(file.try_clone()?)
+            .stderr(file)
+            .spawn()
+            .context("the tests of the Python package could not be started")?;
+        Ok(Self { process, log })
+    }
+
+    /// Waits for the end, and prints what the tests printed.
+    fn finish(mut self) -> anyhow::Result<()> {
+        let status = self.process.wait()?;
+        print!("{}", String::from_utf8_lossy(&std::fs::read(&self.log)?));
+        if !status.success() {
+            bail!("the tests of the Python package failed");
+        }
+        Ok(())
+    }
 }
 
 /// Checks that the Python package's lock file has all that our crates need, which its build would notice last.
