@@ -14,20 +14,55 @@ const _: () = assert!(
 /// distance to the solid's box, and the hypotenuse over the way to the levels and the value at their side.
 #[inline(always)]
 pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
+    let layout = SampledLayout::of(w);
     let mut out = [R::constant(0.0); SIMD_BLOCK];
     for i in 0..SIMD_BLOCK {
-        out[i] = sampled([x[i], y[i], z[i]], w);
+        out[i] = sampled([x[i], y[i], z[i]], w, &layout);
     }
     out
 }
 
+/// Where the parts of a grid's words are.
+struct SampledLayout {
+    summary: usize,
+    /// Samples of cells of each kind.
+    samples: [usize; 4],
+    /// Cells of the first level, and their number along each axis.
+    table: usize,
+    count: [usize; 3],
+}
+
+impl SampledLayout {
+    #[inline(always)]
+    fn of(w: &[f32]) -> Self {
+        let summary = SAMPLED_HEADER * w[SAMPLED_HEADER - 1] as usize;
+        let first = summary + SAMPLED_SUMMARY;
+        let second = first + 27 * w[summary] as usize;
+        let third = second + 125 * w[summary + 1] as usize;
+        Self {
+            summary,
+            samples: [0, first, second, third],
+            table: third + 729 * w[summary + 2] as usize,
+            count: counts(w, 0),
+        }
+    }
+}
+
+/// Returns the number of a level's cells along each axis.
 #[inline(always)]
-fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
-    let summary = SAMPLED_HEADER * w[SAMPLED_HEADER - 1] as usize;
-    let first = summary + SAMPLED_SUMMARY;
-    let second = first + 27 * w[summary] as usize;
-    let third = second + 125 * w[summary + 1] as usize;
-    let mut table = third + 729 * w[summary + 2] as usize;
+fn counts(w: &[f32], head: usize) -> [usize; 3] {
+    [
+        w[head + 4] as usize,
+        w[head + 5] as usize,
+        w[head + 6] as usize,
+    ]
+}
+
+#[inline(always)]
+fn sampled<R: Real>(p: [R; 3], w: &[f32], layout: &SampledLayout) -> R {
+    let summary = layout.summary;
+    let mut table = layout.table;
+    let mut count = layout.count;
     let mut head = 0;
     // The finest level that contains the point, or the last one.
     let (at, beyond) = loop {
@@ -43,11 +78,12 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
         if is_in || head + SAMPLED_HEADER == summary {
             break (at, beyond);
         }
-        let [nx, ny, nz] = [4, 5, 6].map(|i| w[head + i] as usize);
+        let [nx, ny, nz] = count;
         table += nx * ny * nz + (nx + 1) * (ny + 1) * (nz + 1);
         head += SAMPLED_HEADER;
+        count = counts(w, head);
     };
-    let [nx, ny, nz] = [4, 5, 6].map(|i| w[head + i] as usize);
+    let [nx, ny, nz] = count;
     let mut t = at;
     let [i, j, k] = places(&mut t, [w[head + 4], w[head + 5], w[head + 6]]);
     let own = w[table + (k * ny + j) * nx + i] as usize;
@@ -58,11 +94,13 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32]) -> R {
         interpolate(t, &w[coarse + k * layer + j * row + i..], row, layer)
     } else {
         let side = (1 << kind) as f32;
-        t = t.map(|t| t * side);
+        for t in &mut t {
+            *t = *t * side;
+        }
         let [i, j, k] = places(&mut t, [side; 3]);
         let row = (1 << kind) + 1;
         let layer = row * row;
-        let samples = [0, first, second, third][kind] + (own >> 2) * layer * row;
+        let samples = layout.samples[kind] + (own >> 2) * layer * row;
         interpolate(t, &w[samples + k * layer + j * row + i..], row, layer)
     };
     let gap = beyond[0] * beyond[0] + beyond[1] * beyond[1] + beyond[2] * beyond[2];
@@ -141,13 +179,22 @@ fn heightmap<R: Real>([x, y, z]: [R; 3], w: &[f32]) -> R {
     top.max(beside)
 }
 
+/// Interpolates eight values, given the steps to the next row and the next layer. Without closures, which would be calls in a
+/// hot loop.
 #[inline(always)]
 fn interpolate<R: Real>(t: [R; 3], v: &[f32], row: usize, layer: usize) -> R {
-    let x = |i: usize| t[0] * (v[i + 1] - v[i]) + v[i];
-    let y = |i: usize| {
-        let (a, b) = (x(i), x(i + row));
-        t[1] * (b - a) + a
-    };
-    let (a, b) = (y(0), y(layer));
+    // One check of the length, instead of eight.
+    let v = &v[..layer + row + 2];
+    let (near, far) = v.split_at(layer);
+    let a = interpolate_layer(t, near, row);
+    let b = interpolate_layer(t, far, row);
     t[2] * (b - a) + a
+}
+
+#[inline(always)]
+fn interpolate_layer<R: Real>(t: [R; 3], v: &[f32], row: usize) -> R {
+    let (near, far) = v.split_at(row);
+    let a = t[0] * (near[1] - near[0]) + near[0];
+    let b = t[0] * (far[1] - far[0]) + far[0];
+    t[1] * (b - a) + a
 }
