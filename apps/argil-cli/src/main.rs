@@ -21,6 +21,7 @@ mod recover;
 mod render;
 mod representation_parser;
 mod schema;
+mod single_image;
 mod still;
 mod still_args;
 mod still_plan;

@@ -1,7 +1,7 @@
 //! `argil render`.
 
 use crate::args::RenderArgs;
-use crate::{heat_legend, input, output};
+use crate::{heat_legend, input, output, single_image};
 use anyhow::Context;
 use argil::render::{Camera, RenderMode, RenderSettings, ViewLight};
 use argil::scene::{CameraPath, Scene};
@@ -119,13 +119,8 @@ fn draw(
     settings: &RenderSettings,
     picture: Option<&Path>,
 ) -> anyhow::Result<Frames> {
-    let mut refined = FillStats::default();
     let Some(count) = options.frames else {
-        refined = world.refine(&camera, settings)?;
-        let mut counted = *settings;
-        counted.statistics = true;
-        let mut drawn = world.render(&camera, &counted)?;
-        heat_legend::draw(&mut drawn);
+        let (drawn, refined) = single_image::draw(options, world, &camera, settings)?;
         if let Some(path) = picture {
             drawn.save(path)?;
         }
@@ -141,6 +136,7 @@ fn draw(
                 .collect(),
         });
     };
+    let mut refined = FillStats::default();
     let mut reel = Reel::new(settings, count, picture)?;
     reel.fill_ms = options.fill_ms.map(f64::from);
     let path = options.path.as_deref().map(|name| path_of(scene, name));

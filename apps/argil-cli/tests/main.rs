@@ -7,6 +7,7 @@ mod edit;
 mod export;
 mod gpu_counters;
 mod heat;
+mod images;
 mod levels;
 mod mesh;
 mod still;
