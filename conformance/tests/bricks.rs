@@ -301,7 +301,7 @@ fn gpu_bricks_are_the_cpus() {
     let mut shared = gpu_field();
     let gpu = shared.gpu().clone();
     let mut cases = shipped();
-    cases.extend((2..6).map(|seed| random_blends(seed, 20)));
+    cases.extend((2..4).map(|seed| random_blends(seed, 20)));
     cases.push(SceneCase {
         name: "nothing".into(),
         scene: Scene::new(),
