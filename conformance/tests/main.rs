@@ -1,6 +1,7 @@
 //! All tests of this crate, as one program: its parts are linked once.
 
 mod abi;
+mod bake_history;
 mod bounds;
 mod bricks;
 mod budgets;

@@ -34,6 +34,7 @@ const FLAG_SWAPPED: u32 = 8u;
 const FLAG_KEEP_MATERIAL: u32 = 16u;
 const FLAG_TRANSLATION: u32 = 32u;
 const FLAG_BOUNDED: u32 = 64u;
+const FLAG_PAINT: u32 = 128u;
 const TEXTURES_SHIFT: u32 = 8u;
 const BRUSH_HEADER_WORDS: u32 = 18u;
 const PARAMS_ALIGNMENT: u32 = 4u;

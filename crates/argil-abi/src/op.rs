@@ -78,6 +78,8 @@ constants! { FLAGS:
     /// `PUSH_VALUE` of a union with a bound: a sphere and a factor, five parameters. At a point, the union's distance is
     /// at least the distance to the sphere times the factor.
     FLAG_BOUNDED = 64;
+    /// `PUSH_VALUE` before paint, which distances do without.
+    FLAG_PAINT = 128;
     /// From this bit on, a brush's flags hold the place of its material's textures in the table of materials, or 0.
     TEXTURES_SHIFT = 8;
     /// Words before a shape's own parameters: 12 of an affine map, then scale, k, 1/(4k), sa, sb, sr.

@@ -1,4 +1,4 @@
-//! Skips groups that a sphere bounds, such as distant instances.
+//! Skips groups that a sphere bounds, such as distant instances, and paint where only distances are asked for.
 
 use crate::FAR;
 use crate::combine::Joint;
@@ -8,16 +8,20 @@ use crate::scalar::{LANES, Real};
 use argil_abi as abi;
 use glam::DVec3;
 
-/// Returns the end of a bounded group that is too far to change a union in any lane. It marks the group, if marks are
-/// carried.
+/// Returns the end of a group that changes nothing: paint, if only distances are carried, or a bounded group that is too far to
+/// change a union in any lane. It marks the group, if marks are carried.
 #[inline(always)]
 pub(crate) fn skip_group<R: Real>(
     r: &mut InterpreterState<R>,
     params: &[f32],
     instructions: &[abi::Instruction],
     begin: usize,
-    marks: bool,
+    [materials, marks]: [bool; 2],
 ) -> Option<usize> {
+    if instructions[begin].flags & abi::FLAG_PAINT != 0 {
+        let is_needed = materials || marks;
+        return (!is_needed).then(|| end_of_group(instructions, begin))?;
+    }
     let &[cx, cy, cz, radius, factor] = words(params, instructions[begin].params as usize);
     let origin = r.current_origin().unwrap_or(DVec3::ZERO);
     let [cx, cy, cz] = [(cx, origin.x), (cy, origin.y), (cz, origin.z)]

@@ -61,9 +61,9 @@ pub(crate) fn run<R: Real, const APART: bool>(
     let mut pc = 0;
     while let Some(&abi::Instruction {
         op,
+        flags,
         params: at,
         operand,
-        ..
     }) = instructions.get(pc)
     {
         if is_long && let Some(later) = instructions.get(pc + AHEAD) {
@@ -77,10 +77,10 @@ pub(crate) fn run<R: Real, const APART: bool>(
         }
         match op {
             abi::OP_PUSH_VALUE => {
-                let is_bounded = instructions[pc - 1].flags & abi::FLAG_BOUNDED != 0;
+                let may_skip = flags & (abi::FLAG_BOUNDED | abi::FLAG_PAINT) != 0;
                 // A closure would be compiled without wide vectors.
-                let end = if is_bounded {
-                    skip_group(r, params, instructions, pc - 1, marks)
+                let end = if may_skip {
+                    skip_group(r, params, instructions, pc - 1, carries)
                 } else {
                     None
                 };

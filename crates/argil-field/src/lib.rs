@@ -1,6 +1,7 @@
 #![doc = include_str!("crate.md")]
 #![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
+mod bake_history;
 mod bounded_group;
 mod bounds;
 mod coinciding_copies;
@@ -23,6 +24,7 @@ mod interpreter_wgsl;
 mod jump_regions;
 mod jumps;
 mod lower;
+mod marked_materials;
 mod marks;
 mod material_mix;
 mod materials;
@@ -57,6 +59,7 @@ mod texture_patterns;
 mod textured_brush;
 mod textures;
 
+pub use bake_history::{BakeHistoryError, bake_history};
 pub use bounds::ClearanceModel;
 pub use coinciding_copies::CoincidingCopies;
 pub use evaluate::Evaluator;

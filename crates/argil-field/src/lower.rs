@@ -12,9 +12,9 @@ mod solid;
 use crate::materials::MaterialTable;
 use crate::pieces::{self, Pieces, is_open, magnitude};
 use crate::program::Program;
-use argil_abi::{self as abi, Instruction};
 use argil_scene::{NodeId, Scene};
 pub use error::LowerError;
+use frame::open_of;
 pub(crate) use frame::{EnclosingGroup, Frame, extent_in_world};
 use lowering::{Lowering, LoweringTask};
 use params::is_single;
@@ -111,10 +111,7 @@ impl Program {
             lowering.program.value_slots += 1;
             let ramp = lowering.ramp_before_joint(entry, frame);
             let combine = lowering.combine(node, frame, false);
-            lowering.emit(Instruction {
-                op: abi::OP_PUSH_VALUE,
-                ..Instruction::default()
-            });
+            lowering.emit(open_of(combine.flags));
             lowering.tasks.push(LoweringTask::Emit(combine));
             lowering.tasks.extend(ramp.map(LoweringTask::Emit));
             lowering.tasks.push(LoweringTask::Solid { node, frame });

@@ -190,6 +190,12 @@ impl History {
         })
     }
 
+    /// Drops all changes so far. Whoever has not seen them sees that they are missing.
+    pub(crate) fn forget_changes(&mut self) {
+        self.forgotten = self.count();
+        self.changes.clear();
+    }
+
     /// Drops the changes after a count, which nobody has seen.
     pub(crate) fn forget_changes_after(&mut self, count: usize) {
         self.forgotten = self.forgotten.min(count);

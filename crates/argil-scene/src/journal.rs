@@ -5,15 +5,21 @@
 //! and at most the last line is torn. If the machine dies, lines that the system had not written yet are lost. The
 //! scene's name is from the beginning, because it is not an edit.
 
+mod error;
+mod grids;
+
 use crate::file::write_new;
-use crate::{Edit, EditError, EditOutcome, FileError, LogError, Scene, write_atomically};
+use crate::{Action, Edit, EditOutcome, HistoryBake, Scene, write_atomically};
+use error::VERSION;
+use grids::{JournalGrid, sampled_shape};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Version of the format.
-const VERSION: u32 = 1;
+pub use error::JournalError;
+
 /// Hexadecimal digits of a checksum, and a space.
 const SUM_BYTES: usize = 9;
 
@@ -21,77 +27,9 @@ const SUM_BYTES: usize = 9;
 struct JournalHead {
     journal: u32,
     scene: String,
-}
-
-/// The reason why a journal cannot be written or read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum JournalError {
-    /// The file cannot be written or read.
-    #[error("{path}: this file cannot be read or written")]
-    Io {
-        /// Path of the file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// The scene already has a history, whose undo could not be replayed.
-    #[error("a journal must begin before the first edit, and this scene has {0} edits")]
-    HistoryNotEmpty(usize),
-    /// The file has no bytes: its session ended before it recorded anything.
-    #[error(
-        "{0}: nothing was recorded: the session ended before its first edit, and its scene is as it was"
-    )]
-    Empty(PathBuf),
-    /// There is a journal, and it is not replaced.
-    #[error(
-        "{0}: the journal already exists: recover its edits with `argil recover`, or remove it"
-    )]
-    Exists(PathBuf),
-    /// The file does not begin as a journal does.
-    #[error("{0}: not a journal of edits, or its first line is damaged")]
-    NoJournal(PathBuf),
-    /// A newer program wrote it.
-    #[error(
-        "{path}: journal version {found} is newer than this program reads ({VERSION}): update argil"
-    )]
-    Newer {
-        /// Path of the file.
-        path: PathBuf,
-        /// Its version.
-        found: u32,
-    },
-    /// The scene at its beginning cannot be read.
-    #[error(transparent)]
-    Scene(#[from] FileError),
-    /// A line before the last one is damaged.
-    #[error(
-        "{path}:{line}: this line is damaged and more lines follow: to recover the edits before it, truncate a copy of the file before this line"
-    )]
-    Damaged {
-        /// Path of the file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-    },
-    /// A complete line cannot be replayed.
-    #[error(
-        "{path}:{line}: this line cannot be replayed: to recover the edits before it, truncate a copy of the file before this line"
-    )]
-    Line {
-        /// Path of the file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// The reason.
-        source: LogError,
-    },
-    /// The edit was refused, and nothing was recorded.
-    #[error(transparent)]
-    Edit(#[from] EditError),
-    /// A line to replay was refused, and nothing was recorded.
-    #[error(transparent)]
-    Replay(LogError),
+    /// The samples of its sampled shapes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    grids: Vec<JournalGrid>,
 }
 
 /// A journal that is being written.
@@ -112,11 +50,14 @@ pub enum JournalError {
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
-    file: File,
+    /// `None` until it is needed again.
+    file: Option<File>,
     /// Bytes that are complete.
     length: u64,
     /// Lines that could not be written yet.
     unwritten: String,
+    /// Checksums of recorded samples, by the names of their files.
+    grids: BTreeMap<String, u32>,
 }
 
 /// A scene restored from a journal.
@@ -138,10 +79,10 @@ impl RecoveredSession {
     /// # Errors
     /// If the file cannot be written.
     pub fn resume(self) -> Result<(Scene, Journal), JournalError> {
-        let Self { path, .. } = self;
+        let Self { path, scene, .. } = self;
         let journal = Journal::open(&path, self.length);
         let journal = journal.map_err(|source| JournalError::Io { path, source })?;
-        Ok((self.scene, journal))
+        Ok((scene, journal))
     }
 }
 
@@ -186,9 +127,12 @@ impl Journal {
         if edits > 0 {
             return Err(JournalError::HistoryNotEmpty(edits));
         }
+        let grids = JournalGrid::all_of(scene);
         let head = JournalHead {
-            journal: VERSION,
+            // As old programs read it, where they can.
+            journal: if grids.is_empty() { 1 } else { VERSION },
             scene: scene.to_json(),
+            grids,
         };
         Ok(summed(
             &serde_json::to_string(&head).expect("a head is JSON"),
@@ -227,30 +171,47 @@ impl Journal {
         }
         let inside = format!("{}, its scene", path.display());
         let mut scene = Scene::from_json(&head.scene, inside)?;
+        let mut grids = Vec::new();
+        for grid in head.grids {
+            if !grid.load_into(&mut scene) {
+                return Err(JournalError::NoJournal(path.into()));
+            }
+            grids.push(grid);
+        }
         let mut length = bytes
             .iter()
             .position(|&b| b == b'\n')
             .map_or(0, |at| at + 1);
-        let mut edits = 0;
+        let damaged = |line| JournalError::Damaged {
+            path: path.into(),
+            line,
+        };
+        let (mut edits, mut number) = (0, 1);
         for line in lines {
             let Some(text) = whole(line) else {
                 if length + line.len() < bytes.len() {
-                    return Err(JournalError::Damaged {
-                        path: path.into(),
-                        line: edits + 2,
-                    });
+                    return Err(damaged(number + 1));
                 }
                 break;
             };
-            let replayed = scene.apply_log_line(text);
-            replayed.map_err(|source| JournalError::Line {
-                path: path.into(),
-                line: edits + 2,
-                source,
-            })?;
+            number += 1;
+            if let Some(grid) = JournalGrid::from_line(text) {
+                if !grid.load_into(&mut scene) {
+                    return Err(damaged(number));
+                }
+                grids.push(grid);
+            } else {
+                let replayed = scene.apply_log_line(text);
+                replayed.map_err(|source| JournalError::Line {
+                    path: path.into(),
+                    line: number,
+                    source,
+                })?;
+                edits += 1;
+            }
             length += line.len();
-            edits += 1;
         }
+        grids.iter().for_each(|grid| grid.forget(&mut scene));
         let torn_bytes = (bytes.len() - length) as u64;
         Ok(RecoveredSession {
             scene,
@@ -262,14 +223,12 @@ impl Journal {
     }
 
     fn open(path: &Path, length: u64) -> std::io::Result<Self> {
-        let mut file = File::options().write(true).open(path)?;
-        file.set_len(length)?;
-        file.seek(SeekFrom::End(0))?;
         Ok(Self {
             path: path.into(),
-            file,
+            file: Some(open_at(path, length)?),
             length,
             unwritten: String::new(),
+            grids: BTreeMap::new(),
         })
     }
 
@@ -285,9 +244,60 @@ impl Journal {
     /// file stays unchanged, and the next record also writes this line.
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit) -> Result<EditOutcome, JournalError> {
         let line = scene.log_line(&edit);
+        let sampled = match &edit {
+            Edit::Insert { desc, .. } | Edit::Replace { desc, .. } => sampled_shape(scene, desc),
+            _ => None,
+        };
+        let sampled = sampled.and_then(|(file, resolution, grid)| {
+            let sum = grid.checksum();
+            let is_known = self.grids.get(file) == Some(&sum);
+            (!is_known).then(|| (JournalGrid::of(file, resolution, grid), sum))
+        });
         let edited = scene.apply(edit)?;
-        self.record(&line)?;
+        if let Some((grid, sum)) = sampled {
+            self.unwritten.push_str(&summed(&grid.to_line()));
+            self.grids.insert(grid.file, sum);
+        }
+        self.append(&line)?;
         Ok(edited)
+    }
+
+    /// Folds a scene's history, and begins the journal again with the scene as it is then. Nothing before the fold can be undone
+    /// afterwards, as after a crash.
+    ///
+    /// # Errors
+    /// If an entry changed since the bake, or the file cannot be written. Then the scene and the journal stay as they were.
+    pub fn fold_history(
+        &mut self,
+        scene: &mut Scene,
+        bake: &HistoryBake,
+    ) -> Result<(), JournalError> {
+        let mut folded = scene.snapshot();
+        folded.fold_history(bake)?;
+        folded.forget_history(0);
+        let mut text = Self::head_line(&folded)?;
+        let is_stroke = scene.history.is_stroke;
+        if is_stroke {
+            text.push_str(&summed(&scene.action_line(&Action::BeginStroke)));
+        }
+        // Windows replaces no file that is open.
+        self.file = None;
+        let path = &self.path;
+        write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|source| {
+            JournalError::Io {
+                path: path.clone(),
+                source,
+            }
+        })?;
+        self.length = text.len() as u64;
+        self.unwritten.clear();
+        self.grids.clear();
+        scene.fold_history(bake)?;
+        scene.forget_history(0);
+        if is_stroke {
+            scene.begin_stroke();
+        }
+        Ok(())
     }
 
     /// Performs the action on a line of a log and records it.
@@ -307,21 +317,34 @@ impl Journal {
         Ok(edited)
     }
 
-    /// Records a line that was already performed, by [`Scene::apply_log_line`].
+    /// Records a line that was already performed, by [`Scene::apply_log_line`]. Samples of shapes are not recorded so, only by
+    /// [`Journal::apply`].
     ///
     /// # Errors
     /// If it cannot be written. Then the next record also writes this line.
     pub fn record(&mut self, line: &str) -> Result<(), JournalError> {
+        // The line may rename files.
+        self.grids.clear();
+        self.append(line)
+    }
+
+    fn append(&mut self, line: &str) -> Result<(), JournalError> {
         self.unwritten.push_str(&summed(line));
-        let written = self.file.write_all(self.unwritten.as_bytes());
-        written.map_err(|source| {
-            // Half a line would hide the lines after it. If this fails too, the next line's checksum reveals it.
-            let _ = self.file.set_len(self.length);
-            let _ = self.file.seek(SeekFrom::Start(self.length));
-            JournalError::Io {
-                path: self.path.clone(),
-                source,
-            }
+        let written = match self.file.take() {
+            Some(file) => Ok(file),
+            None => open_at(&self.path, self.length),
+        };
+        let written = written.and_then(|file| {
+            let file = self.file.insert(file);
+            file.write_all(self.unwritten.as_bytes()).inspect_err(|_| {
+                // Half a line would hide the lines after it. If this fails too, the next line's checksum reveals it.
+                let _ = file.set_len(self.length);
+                let _ = file.seek(SeekFrom::Start(self.length));
+            })
+        });
+        written.map_err(|source| JournalError::Io {
+            path: self.path.clone(),
+            source,
         })?;
         self.length += self.unwritten.len() as u64;
         self.unwritten.clear();
@@ -341,6 +364,14 @@ impl Journal {
     fn into_path(self) -> PathBuf {
         self.path
     }
+}
+
+/// Opens a file to write behind its first bytes.
+fn open_at(path: &Path, length: u64) -> std::io::Result<File> {
+    let mut file = File::options().write(true).open(path)?;
+    file.set_len(length)?;
+    file.seek(SeekFrom::End(0))?;
+    Ok(file)
 }
 
 /// Returns a line with its checksum and line end.
@@ -370,7 +401,7 @@ mod tests {
         let insert = r#"{"edit":"insert","entry":{"shape":{"type":"sphere","radius":0.1}}}"#;
         // A file that is open for reading takes no line.
         let read_only = File::open(&path).expect("a file");
-        let writable = std::mem::replace(&mut journal.file, read_only);
+        let writable = journal.file.replace(read_only);
         for _ in 0..2 {
             let refused = journal.replay(&mut scene, insert);
             assert!(matches!(refused, Err(JournalError::Io { .. })));

@@ -17,6 +17,7 @@ mod file;
 mod finite_part;
 mod group_summary;
 mod history;
+mod history_bake;
 mod image_file;
 mod import;
 mod influence;
@@ -70,6 +71,7 @@ pub use file::{
     write_atomically,
 };
 pub use history::HistoryLimit;
+pub use history_bake::{FoldError, HistoryBake};
 pub use image_file::{IMAGE_ENDINGS, LoadedImage, SceneImage};
 pub use import::ImportError;
 pub use influence::{blend_influence_radius, max_blend_propagation};

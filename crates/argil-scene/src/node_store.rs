@@ -1,6 +1,7 @@
 //! Stores a scene's nodes. Clones share them until one of them changes.
 
 use crate::Node;
+use crate::node::GONE;
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
 
@@ -40,6 +41,16 @@ impl NodeStore {
         if let Some(last) = self.chunks.last_mut() {
             Arc::make_mut(last).push(node);
             self.len += 1;
+        }
+    }
+
+    /// Lets all chunks of nodes that are gone be one, so that a long session takes no memory for them.
+    pub(crate) fn share_gone(&mut self) {
+        let is_gone =
+            |chunk: &[Node]| chunk.len() == CHUNK && chunk.iter().all(|own| own.origin == GONE);
+        let mut shared: Option<Arc<Vec<Node>>> = None;
+        for chunk in self.chunks.iter_mut().filter(|chunk| is_gone(chunk)) {
+            *chunk = shared.get_or_insert_with(|| chunk.clone()).clone();
         }
     }
 

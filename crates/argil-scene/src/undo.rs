@@ -1,6 +1,7 @@
 //! Undo and redo of a scene.
 
 use crate::history::{HistoryStep, SuspendedHistory, is_covered};
+use crate::node::GONE;
 use crate::{EditOutcome, HistoryLimit, Node, Scene};
 
 impl Scene {
@@ -112,8 +113,12 @@ impl Scene {
             }
         }
         for (i, _) in is_needed.iter().enumerate().filter(|(_, needed)| !**needed) {
-            self.nodes[i] = Node::gone();
+            // What is gone may be shared.
+            if self.nodes[i].origin != GONE {
+                self.nodes[i] = Node::gone();
+            }
         }
+        self.nodes.share_gone();
     }
 
     /// Undoes the last step, which is one edit or one stroke. Returns what changed, or `None` if there is nothing to undo.

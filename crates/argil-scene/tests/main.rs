@@ -3,6 +3,7 @@
 mod edit;
 mod file;
 mod fill;
+mod history_bake;
 mod journal;
 mod log;
 mod sampled_cells;

@@ -65,6 +65,7 @@ pub use argil_vdb as vdb;
 pub use argil_volume as volume;
 pub use glam;
 
+pub use argil_field::{BakeHistoryError, bake_history};
 pub use argil_mesh::MeshNormals;
 pub use build::Build;
 pub use cache_folder::cache_folder;

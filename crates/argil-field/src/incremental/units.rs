@@ -5,7 +5,7 @@ use super::groups::LoweredGroup;
 use super::piece::{Operand, PieceItem};
 use super::{IncrementalProgram, RANK_STEP};
 use crate::pieces::{ROOT, leaves_open};
-use argil_scene::{NodeId, Scene, SceneChange};
+use argil_scene::{Node, NodeId, Scene, SceneChange};
 use rustc_hash::FxHashSet;
 
 impl IncrementalProgram {
@@ -21,8 +21,9 @@ impl IncrementalProgram {
                 if self.groups.find(parent).is_none() {
                     units.extend(self.unit_of(scene, parent));
                 } else if parent != Scene::ROOT
-                    && scene.node(node).parent() == Some(parent)
-                    && !leaves_open(scene.node(node).at_current_time())
+                    && scene.get(node).is_some_and(|own| {
+                        own.parent() == Some(parent) && !leaves_open(own.at_current_time())
+                    })
                 {
                     // It is no longer open.
                     units.insert(parent);
@@ -40,7 +41,8 @@ impl IncrementalProgram {
         }
         let mut at = node;
         loop {
-            let parent = scene.node(at).parent();
+            // What was removed may be gone, if its history was dropped.
+            let parent = scene.get(at).and_then(Node::parent);
             let is_apart = parent.is_some_and(|parent| self.groups.find(parent).is_some());
             if is_apart || self.operands.contains_key(&at) {
                 return Some(at);
@@ -56,7 +58,7 @@ impl IncrementalProgram {
         node: NodeId,
         units: &FxHashSet<NodeId>,
     ) -> Option<u32> {
-        let group = self.groups.find(scene.node(node).parent()?)?;
+        let group = self.groups.find(scene.get(node)?.parent()?)?;
         let mut at = node;
         while let Some(parent) = scene.node(at).parent() {
             if units.contains(&parent) {

@@ -49,10 +49,7 @@ impl EnclosingGroup {
         align(&mut params);
         Ok(Self {
             frame,
-            open: Instruction {
-                op: abi::OP_PUSH_VALUE,
-                ..Instruction::default()
-            },
+            open: open_of(flags),
             close: Instruction {
                 op: abi::OP_COMBINE,
                 flags,
@@ -86,6 +83,16 @@ pub(super) fn combine_words(entry: &NodeDesc, frame: Frame, swapped: bool) -> (u
     let [k, quarter, a, b, r] = joint(&entry.operator, frame.scale);
     let flags = mode | keep(entry) | if swapped { abi::FLAG_SWAPPED } else { 0 };
     (flags, [k, quarter, a, b, r, entry.operator.morph_amount])
+}
+
+/// Returns the instruction that saves the value before an operand, given the flags of its joint.
+pub(super) fn open_of(joint_flags: u32) -> Instruction {
+    let is_paint = joint_flags & (abi::COMBINE_MASK | abi::FLAG_SWAPPED) == abi::COMBINE_PAINT;
+    Instruction {
+        op: abi::OP_PUSH_VALUE,
+        flags: if is_paint { abi::FLAG_PAINT } else { 0 },
+        ..Instruction::default()
+    }
 }
 
 /// Returns a node's extent in the scene's space, if all groups around it are open.

@@ -1,7 +1,7 @@
 //! The state of lowering a scene or a piece: what is still to be emitted.
 
 use super::error::LowerError;
-use super::frame::{Frame, combine_words, extent_in_world};
+use super::frame::{Frame, combine_words, extent_in_world, open_of};
 use super::params::{align, is_single};
 use crate::node_map::NodeMap;
 use crate::pieces::scaled;
@@ -244,10 +244,7 @@ impl<'a> Lowering<'a> {
         let swapped = around.is_none() && self.slots[node] > self.prefix_slots[&group][last - 1];
         let ramp = self.ramp_before_joint(entry, frame);
         let close = self.combine(node, frame, swapped);
-        let open = Instruction {
-            op: abi::OP_PUSH_VALUE,
-            ..Instruction::default()
-        };
+        let open = open_of(close.flags);
         if let Some(within) = around
             && let Some(own) = self.open.get(&node)
         {

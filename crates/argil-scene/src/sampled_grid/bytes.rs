@@ -15,6 +15,11 @@ impl SampledGrid {
         bytes
     }
 
+    /// Returns the CRC-32 of the bytes of a file, to name files by what they hold.
+    pub fn checksum(&self) -> u32 {
+        crc32fast::hash(&self.to_bytes())
+    }
+
     /// Creates a grid from the bytes of a file. Returns `None` if they are not a complete grid.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (words, rest) = bytes.strip_prefix(&GRID_MAGIC)?.as_chunks::<4>();

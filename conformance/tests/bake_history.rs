@@ -1,0 +1,278 @@
+//! Histories that are folded into samples: the same solid and the same materials at all samples, however often.
+
+use argil::math::Control;
+use argil::scene::{Brush, Edit, HistoryLimit, Material, Scene, Shape};
+use argil::{BakeHistoryError, BricksOptions, EditBudget, Engine, bake_history};
+use argil_abi::GpuMaterial;
+use argil_conformance::RandomTables;
+use argil_field::{Evaluator, Program};
+use glam::{IVec3, Vec3};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+/// Half of the box of all scenes here.
+const HALF: f32 = 1.5;
+
+/// Iterates over samples within the bounds, in a random order that is always the same.
+fn samples(voxel: f32, count: usize) -> impl Iterator<Item = Vec3> {
+    let side = (HALF / voxel) as u32 * 2 - 1;
+    (0..count as u32).map(move |nth| {
+        let random = nth.wrapping_mul(0x9e37_79b9) >> 3;
+        let place = [random, random / side, random / side / side].map(|c| (c % side) as i32);
+        (IVec3::from(place) - side as i32 / 2).as_vec3() * voxel
+    })
+}
+
+/// Returns a point's distance, and its color, roughness and metalness.
+fn at(evaluator: &mut Evaluator<'_>, p: Vec3) -> (f32, [f32; 5]) {
+    let (mut d, mut material) = ([0.0], [GpuMaterial::default()]);
+    evaluator.materials(&[p.x], &[p.y], &[p.z], &mut d, &mut material);
+    let [r, g, b, roughness] = material[0].base_roughness;
+    (d[0], [r, g, b, roughness, material[0].emission_metallic[3]])
+}
+
+/// Gives most nodes of a scene one of ten materials.
+fn color(scene: &mut Scene, random: &mut RandomTables) -> Outcome {
+    let name = |nth: usize| format!("material {nth}");
+    for nth in 0..10 {
+        let share = nth as f32 / 9.0;
+        let material = Material {
+            base_color: [share, 1.0 - share, (3.0 * share).fract()],
+            roughness: 0.3 + 0.5 * share,
+            ..Material::default()
+        };
+        scene.set_material(name(nth), material)?;
+    }
+    for node in scene.iter().collect::<Vec<_>>() {
+        if node != Scene::ROOT && random.chance(0.7) {
+            let mut desc = scene.node(node).desc().clone();
+            desc.material = Some(name(random.pick(10)));
+            scene.apply(Edit::Replace { node, desc })?;
+        }
+    }
+    Ok(())
+}
+
+/// Of random scenes of the whole table, samples hold what the field says.
+#[test]
+fn samples_are_the_fields() -> Outcome {
+    let voxel = HALF / 16.0;
+    let (mut baked, mut compared, mut painted) = (0, 0, 0);
+    for seed in 0..60 {
+        let mut random = RandomTables::new(seed);
+        let mut scene = random.scene(8);
+        color(&mut scene, &mut random)?;
+        scene.view.bounds = Some([[-HALF; 3], [HALF; 3]]);
+        let count = 1 + random.pick(scene.node(Scene::ROOT).children().len());
+        let oldest = scene.oldest_entries(count);
+        let Ok(program) = Program::lower(&oldest) else {
+            continue;
+        };
+        if program.max_iterations() > 100 {
+            continue;
+        }
+        let bake = match bake_history(&scene, count, voxel, &Control::default()) {
+            Ok(bake) => bake,
+            Err(
+                BakeHistoryError::Animated(_)
+                | BakeHistoryError::Hidden(_)
+                | BakeHistoryError::Samples(_),
+            ) => continue,
+            Err(error) => return Err(format!("seed {seed}: {error}").into()),
+        };
+        let mut folded = oldest.clone();
+        folded.fold_history(&bake)?;
+        // What is thinner than a voxel may be in no sample.
+        if bake.brushes().is_empty() {
+            continue;
+        }
+        baked += 1;
+        painted += usize::from(bake.brushes().len() > 1);
+        let after = Program::lower(&folded)?;
+        // Outside of its box, a solid is at least as far as its box is.
+        let first = folded.node(Scene::ROOT).children()[0];
+        let shape = folded.node(first).desc().kind.file();
+        let solid = shape.and_then(|(.., grid)| Some(grid.0.as_ref()?.solid()));
+        let raised = |p: Vec3, d: f32| match solid.map(|solid| solid.distance(p)) {
+            Some(beyond) if beyond > 0.0 => d.max(beyond),
+            _ => d,
+        };
+        // Steeper distances are near the surface in cells that do not look like it.
+        let is_exact = program.lipschitz() <= 2.0;
+        let [mut old, mut new] = [Evaluator::new(&program), Evaluator::new(&after)];
+        for p in samples(voxel, 4000) {
+            let ((d, color), (sampled, sampled_color)) = (at(&mut old, p), at(&mut new, p));
+            let is_near = d.abs() < voxel;
+            if is_near && is_exact {
+                let error = (raised(p, d) - sampled).abs();
+                assert!(error < 1e-4 * voxel, "seed {seed}, {p}: {sampled}, not {d}");
+                compared += 1;
+            }
+            if d < 0.0 && is_exact && !program.has_textures() {
+                let apart = (0..5).map(|k| (color[k] - sampled_color[k]).abs());
+                let apart = apart.fold(0.0, f32::max);
+                assert!(
+                    apart < 0.01,
+                    "seed {seed}, {p}: {sampled_color:?}, not {color:?}"
+                );
+            }
+        }
+    }
+    assert!(
+        baked > 20 && compared > 2000 && painted > 3,
+        "{baked} scenes, {compared} samples, {painted} with paint"
+    );
+    Ok(())
+}
+
+/// A slab of two materials.
+fn arena() -> Result<Scene, argil::scene::EditError> {
+    let mut scene = Scene::new();
+    for (name, base_color) in [("grass", [0.2, 0.6, 0.1]), ("stone", [0.4, 0.4, 0.45])] {
+        let material = Material {
+            base_color,
+            ..Material::default()
+        };
+        scene.set_material(name, material)?;
+    }
+    scene.push(Brush::new(Shape::cuboid([1.3, 0.5, 1.3])).with_material("stone"))?;
+    let top = Brush::new(Shape::cuboid([1.4, 0.1, 1.4])).at([0.0, 0.45, 0.0]);
+    scene.push(top.paint().with_material("grass"))?;
+    scene.view.bounds = Some([[-HALF; 3], [HALF; 3]]);
+    Ok(scene)
+}
+
+/// Returns the next step of a game: most carve, some fill.
+fn step(random: &mut RandomTables, nth: usize) -> Brush {
+    let [x, y, z] = random.point(1.2);
+    let ball = Brush::new(Shape::sphere(0.08 + 0.1 * random.point(1.0)[0].abs()));
+    let ball = ball.at([x, 0.4 * y.abs(), z]);
+    match nth % 4 {
+        0 => ball.smooth(0.05).with_material("grass"),
+        1 => ball.subtract(),
+        _ => ball.subtract().smooth(0.04),
+    }
+}
+
+/// After many folds, the solid is that of all steps, and the scene is as small as after the first.
+#[test]
+fn a_thousand_steps_are_those_of_the_whole_history() -> Outcome {
+    let voxel = HALF / 32.0;
+    let (mut game, mut whole) = (arena()?, arena()?);
+    game.set_history_limit(HistoryLimit {
+        steps: 8,
+        ..HistoryLimit::default()
+    });
+    let mut random = RandomTables::new(3);
+    for nth in 0..1000 {
+        let step = step(&mut random, nth);
+        game.push(step.clone())?;
+        whole.push(step)?;
+        let entries = game.node(Scene::ROOT).children().len();
+        if entries > 110 {
+            let bake = bake_history(&game, entries - 10, voxel, &Control::default())?;
+            assert!(bake.brushes().len() <= 2, "one for each material");
+            game.fold_history(&bake)?;
+            assert!(game.undo().is_some() && game.redo().is_some());
+        }
+    }
+    assert!(game.brush_count() <= 112);
+    let [game, whole] = [Program::lower(&game)?, Program::lower(&whole)?];
+    let [mut game, mut whole] = [Evaluator::new(&game), Evaluator::new(&whole)];
+    let (mut near, mut colors, mut worst) = (0, 0, 0.0f32);
+    for p in samples(voxel, 20_000) {
+        let ((d, color), (sampled, sampled_color)) = (at(&mut whole, p), at(&mut game, p));
+        if d.abs() < voxel {
+            worst = worst.max((d - sampled).abs() / voxel);
+            near += 1;
+            let apart = (0..5).map(|k| (color[k] - sampled_color[k]).abs());
+            colors += usize::from(apart.fold(0.0, f32::max) > 0.05);
+        }
+    }
+    assert!(
+        near > 1000 && worst < 0.2,
+        "{near} samples, off by {worst} voxels"
+    );
+    assert!(colors < near / 50, "{colors} of {near} have another color");
+    Ok(())
+}
+
+/// A world follows within its budget, and is then as if it were built from what was folded.
+#[test]
+fn worlds_follow_a_fold() -> Outcome {
+    let mut scene = arena()?;
+    let via = BricksOptions::from(64);
+    let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
+    let mut random = RandomTables::new(5);
+    for nth in 0..60 {
+        scene.push(step(&mut random, nth))?;
+    }
+    // The world does not see some of them before they are gone.
+    let bake = bake_history(&scene.snapshot(), 50, HALF / 32.0, &Control::default())?;
+    scene.push(step(&mut random, 60))?;
+    scene.fold_history(&bake)?;
+    let start = std::time::Instant::now();
+    while world
+        .apply_within(&scene, EditBudget::new(1.0))?
+        .remaining_blocks
+        > 0
+    {
+        assert!(start.elapsed().as_secs() < 120);
+    }
+    scene.push(step(&mut random, 61))?;
+    world.apply(&scene)?;
+    assert_eq!(world.diff_from_rebuild()?, Some(0));
+    Ok(())
+}
+
+#[test]
+fn what_samples_cannot_hold_is_refused() -> Outcome {
+    let control = Control::default();
+    let mut scene = arena()?;
+    scene.push(Brush::new(Shape::sphere(0.2)).hidden())?;
+    let error = |scene: &Scene, count, voxel| {
+        let error = bake_history(scene, count, voxel, &control).expect_err("a refusal");
+        error.to_string()
+    };
+    assert!(error(&scene, 3, 0.1).starts_with("brushes[2] is hidden"));
+    assert!(bake_history(&scene, 2, 0.1, &control).is_ok());
+    for voxel in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        assert!(error(&scene, 2, voxel).contains("above 0"), "{voxel}");
+    }
+    assert!(error(&scene, 2, 1e-5).contains("at least"));
+    let mut endless = Scene::new();
+    endless.push(Shape::Plane {
+        normal: [0.0, 1.0, 0.0],
+        offset: 0.0,
+    })?;
+    assert!(error(&endless, 1, 0.1).contains("infinite"));
+    endless.view.bounds = Some([[-1.0; 3], [1.0; 3]]);
+    let bake = bake_history(&endless, 1, 1.0 / 64.0, &control)?;
+    endless.fold_history(&bake)?;
+    let cut = Program::lower(&endless)?;
+    assert!(cut.lipschitz() < 2.0, "{}", cut.lipschitz());
+    for (p, d) in [
+        ([0.0, 0.25, 0.0], 0.25),
+        ([0.0, -0.75, 0.0], -0.25),
+        ([1.5, -0.5, 0.0], 0.5),
+    ] {
+        assert!((cut.distance(p.into()) - d).abs() < 0.01, "{p:?}");
+    }
+    // What is finite is not cut.
+    let mut wide = arena()?;
+    wide.view.bounds = Some([[-0.5; 3], [0.5; 3]]);
+    wide.fold_history(&bake_history(&wide, 2, 1.0 / 16.0, &control)?)?;
+    assert!(Program::lower(&wide)?.distance([1.25, 0.0, 1.25].into()) < 0.0);
+    let mut none = Scene::new();
+    none.push(Shape::sphere(0.5))?;
+    none.push(Brush::new(Shape::sphere(1.0)).subtract())?;
+    let bake = bake_history(&none, 2, 0.1, &control)?;
+    assert!(bake.brushes().is_empty(), "nothing is left of it");
+    none.fold_history(&bake)?;
+    assert_eq!(none.brush_count(), 0);
+    let cancelled = Control::new();
+    cancelled.cancel();
+    let refused = bake_history(&scene, 2, 0.1, &cancelled);
+    assert!(matches!(refused, Err(BakeHistoryError::Cancelled)));
+    Ok(())
+}
