@@ -94,7 +94,17 @@ impl PythonTests {
     fn start() -> anyhow::Result<Self> {
         let log = root().join("target/python-test.log");
         let file = File::create(&log).with_context(|| log.display().to_string())?;
-        let process = Command::new(std::env::current_exe()?)
+        let own = std::env::current_exe()?;
+        // The page's tests wait for pictures, and no longer than some minutes.
+        let mut command = Command::new(if cfg!(unix) {
+            "nice".as_ref()
+        } else {
+            own.as_os_str()
+        });
+        if cfg!(unix) {
+            command.args(["-n", "10"]).arg(&own);
+        }
+        let process = command
             .arg("python")
             .current_dir(root())
             .stdout(file.try_clone()?)

@@ -80,7 +80,7 @@ pub enum BakeHistoryError {
 /// let before = Program::lower(&scene)?.distance([0.0, 0.25, 0.0].into());
 /// let bake = bake_history(&scene, 40, 1.0 / 32.0, &Control::default())?;
 /// scene.fold_history(&bake)?;
-/// assert_eq!(scene.brush_count(), 11);
+/// assert_eq!(scene.brush_count(), 12);
 /// let after = Program::lower(&scene)?.distance([0.0, 0.25, 0.0].into());
 /// assert!((after - before).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -17,7 +17,7 @@ impl Program {
     /// let mut scene = Scene::new();
     /// scene.set_material("clay", Material::default())?;
     /// scene.push(Shape::sphere(1.0))?;
-    /// scene.push(Brush::new(Shape::sphere(1.0)).translate([4.0, 0.0, 0.0]).material("clay"))?;
+    /// scene.push(Brush::new(Shape::sphere(1.0)).at([4.0, 0.0, 0.0]).with_material("clay"))?;
     /// let marked = Program::lower(&scene)?.with_marked_materials(0);
     /// let (mut d, mut shares) = ([0.0], [Default::default()]);
     /// Evaluator::new(&marked).materials(&[4.0], &[0.0], &[0.0], &mut d, &mut shares);
