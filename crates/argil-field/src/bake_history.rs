@@ -42,7 +42,7 @@ pub enum BakeHistoryError {
     TooFine {
         /// The size of a voxel that was asked for.
         voxel_size: f32,
-        /// The smallest possible one.
+        /// One that is possible, at most a twentieth above the smallest.
         least: f32,
     },
     /// The scene exceeds a limit.
@@ -57,7 +57,8 @@ pub enum BakeHistoryError {
 }
 
 /// Samples the solid of a scene's first `count` entries, to replace them by brushes: see [`Scene::fold_history`]. A game that digs for
-/// hours stays as fast as in its first minute, in as much memory.
+/// hours bakes now and then, and its edits take as long, and as much memory, as after its first bake. An edit near samples takes longer
+/// than one near a few simple brushes.
 ///
 /// Distances are those of the field at all samples near the surface, and interpolated between them. What is thinner than a voxel may
 /// be lost. Each material keeps its part of the solid, also deep inside; the borders between materials are exact at samples, too.

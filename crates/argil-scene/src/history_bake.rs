@@ -1,7 +1,6 @@
 //! Replaces a scene's oldest entries by samples of their solid, so that games can dig for hours.
 
 use crate::history::HistoryStep;
-use crate::node::GONE;
 use crate::{Brush, NodeDesc, NodeId, NodeTree, Scene, SceneChange};
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -59,7 +58,7 @@ impl Scene {
     }
 
     /// Replaces the scene's oldest entries by samples of their solid. This is no edit: undo and redo end here, for everything that
-    /// touched these entries. Later edits of other entries can still be undone. Worlds of the scene are built again, within a
+    /// touched these entries. Later edits of other entries can still be undone. An open stroke goes on as another step. Worlds of the scene are built again, within a
     /// budget on another thread. It is no [`Action`](crate::Action), either: a [replica](Scene::replica) has to fold, too.
     ///
     /// `argil::bake_history` has an example.
@@ -116,9 +115,8 @@ impl Scene {
         let sampled = &oldest.node(Self::ROOT).children;
         for (index, &entry) in sampled.iter().enumerate() {
             let is_same = |id: NodeId| {
-                let now = self.get(id).filter(|now| now.origin != GONE);
                 let then = oldest.node(id);
-                now.is_some_and(|now| {
+                self.get(id).is_some_and(|now| {
                     now.desc == then.desc
                         && now.children == then.children
                         && have_same_samples(&now.desc, &then.desc)
