@@ -201,10 +201,17 @@ fn a_journal_holds_what_was_folded() -> Outcome {
             journal.replay(&mut scene, r#"{"edit":"undo"}"#)?;
         }
     }
+    let node = *scene
+        .node(Scene::ROOT)
+        .children()
+        .last()
+        .ok_or("an entry")?;
+    let desc = sampled("later", 0.45).into();
+    journal.apply(&mut scene, Edit::Replace { node, desc })?;
     let edit = insert(&scene, ball(0.7));
     journal.apply(&mut scene, edit)?;
     let recovered = Journal::recover(&path)?;
-    assert_eq!((recovered.edits, recovered.torn_bytes), (4, 0));
+    assert_eq!((recovered.edits, recovered.torn_bytes), (5, 0));
     assert_eq!(recovered.scene, scene);
     let grids = |scene: &Scene| {
         let meshes = scene.loaded_meshes().into_iter();
