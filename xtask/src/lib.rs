@@ -69,11 +69,17 @@ pub fn build_and_run(name: &str, arguments: &[impl AsRef<str>]) -> anyhow::Resul
 /// # Errors
 /// If the program is missing or fails.
 pub fn run_built(name: &str, arguments: &[impl AsRef<str>]) -> anyhow::Result<()> {
-    let target = match std::env::var_os("CARGO_TARGET_DIR") {
-        Some(folder) => root().join(folder),
-        None => root().join("target"),
-    };
-    let program = target.join("debug").join(name);
     let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
-    run(&program.display().to_string(), &arguments)
+    run(&built(name)?.display().to_string(), &arguments)
+}
+
+/// Returns the file of a program of the workspace that is built, beside this one.
+///
+/// Also of this one: where cargo built it again meanwhile, the file of this process is deleted.
+///
+/// # Errors
+/// If the folder of this program is unknown.
+pub fn built(name: &str) -> anyhow::Result<PathBuf> {
+    let this = std::env::current_exe()?;
+    Ok(this.with_file_name(format!("{name}{}", std::env::consts::EXE_SUFFIX)))
 }

@@ -9,7 +9,7 @@ use std::process::{Child, Command};
 use std::thread::JoinHandle;
 use xtask::apt::{CHROMIUM, MESA, NODE, OPENVDB, WEB_RUST};
 use xtask::apt::{Needed, install, install_quietly, quietly, quietly_with};
-use xtask::{LINT_WHILE_COMPILING, packages, root, run, run_built, run_with};
+use xtask::{LINT_WHILE_COMPILING, built, packages, root, run, run_built, run_with};
 
 const TESTS: &[&str] = &["nextest", "run", "--workspace", "--locked", WORLD];
 
@@ -94,16 +94,15 @@ impl PythonTests {
     fn start() -> anyhow::Result<Self> {
         let log = root().join("target/python-test.log");
         let file = File::create(&log).with_context(|| log.display().to_string())?;
-        let own = std::env::current_exe()?;
+        let tasks = built("xtask")?;
         // The page's tests wait for pictures, and no longer than some minutes.
-        let mut command = Command::new(if cfg!(unix) {
-            "nice".as_ref()
+        let mut command = if cfg!(unix) {
+            let mut nice = Command::new("nice");
+            nice.args(["-n", "10"]).arg(&tasks);
+            nice
         } else {
-            own.as_os_str()
-        });
-        if cfg!(unix) {
-            command.args(["-n", "10"]).arg(&own);
-        }
+            Command::new(&tasks)
+        };
         let process = command
             .arg("python")
             .current_dir(root())
