@@ -6,8 +6,8 @@ use crate::still_plan::StillPlan;
 use crate::{input, output};
 use anyhow::{Context, bail, ensure};
 use argil::math::Control;
-use argil::render::{Development, RenderMode, StillOptions, denoised, developed};
-use argil::save_png;
+use argil::render::{Development, RenderMode, Still, StillOptions, denoised, developed};
+use argil::{World, save_png};
 use image::{DynamicImage, ImageFormat, Rgb32FImage, Rgba32FImage, RgbaImage};
 use serde_json::json;
 use std::io::Write;
@@ -72,6 +72,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let path = picture_path(options)?;
     output::check_place(&path, &options.scene)?;
     let on = &options.on;
+    let begin = Instant::now();
     let control = crate::progress::control();
     let engine = input::engine(on)?.with_control(&control);
     let start = Instant::now();
@@ -98,6 +99,12 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     };
     let world = plan.chosen(world)?;
     let build_ms = start.elapsed().as_secs_f64() * 1e3;
+    // The limit is the command's: what was built counts.
+    let left = |limit: Duration| limit.saturating_sub(begin.elapsed());
+    let asked = StillOptions {
+        time_limit: asked.time_limit.map(left),
+        ..asked
+    };
     let start = Instant::now();
     *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());
     let still = world.still(&camera, &settings, &asked);
@@ -110,19 +117,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         path.display()
     );
     let paths_ms = start.elapsed().as_secs_f64() * 1e3;
-    let radiance = if options.still.denoise {
-        denoised(&still)
-    } else {
-        still.radiance()
-    };
-    let development = Development::of_view(world.view());
-    let opacity = asked.is_transparent.then(|| still.opacity());
-    let picture = Picture {
-        size: still.size(),
-        radiance: &radiance,
-        opacity: opacity.as_deref(),
-    };
-    picture.write(&path, &development)?;
+    write(&path, options, &world, &still)?;
     let [width, height] = still.size();
     if options.json {
         output::json(&json!({
@@ -149,6 +144,23 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         if is_interrupted { ", interrupted" } else { "" }
     ));
     Ok(())
+}
+
+/// Writes a still, without noise if that was asked for.
+fn write(path: &Path, options: &RenderArgs, world: &World, still: &Still) -> anyhow::Result<()> {
+    let radiance = if options.still.denoise {
+        denoised(still)
+    } else {
+        still.radiance()
+    };
+    let development = Development::of_view(world.view());
+    let opacity = options.still.transparent.then(|| still.opacity());
+    let picture = Picture {
+        size: still.size(),
+        radiance: &radiance,
+        opacity: opacity.as_deref(),
+    };
+    picture.write(path, &development)
 }
 
 fn is_exr(path: &Path) -> bool {
