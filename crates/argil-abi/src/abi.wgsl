@@ -288,6 +288,7 @@ struct FrameUniform {
     fog_height: f32,
     fog_anisotropy: f32,
     has_bent_normals: u32,
+    near_plane: vec4<f32>,
     lamps: array<vec4<f32>, 32>,
 }
 struct QueryPoint {

@@ -132,6 +132,8 @@ shared_struct! {
         fog_anisotropy: f32,
         /// 1 if occlusion finds bent normals, else 0.
         has_bent_normals: u32,
+        /// A host's near plane: its normal, and how far it is from the eye along that. Zero if there is none.
+        near_plane: [f32; 4],
         /// Four rows for each lamp, as those of `LIGHT_…`.
         lamps: [[f32; 4]; LAMP_ROWS],
     }

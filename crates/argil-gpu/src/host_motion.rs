@@ -37,7 +37,7 @@ pub(crate) fn motion_module(field_wgsl: &str) -> PassModule {
         Bind::Read(HITS),
         Bind::Write(MOTIONS),
     ];
-    let constants = [("PARALLEL_RAYS", 1.0)];
+    let constants = [("HOST_RAYS", 1.0)];
     PassModule::new(
         "Motion of brushes",
         &source,

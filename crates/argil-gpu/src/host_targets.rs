@@ -119,7 +119,7 @@ impl HostTargets {
                     entry_point: Some(entry_point),
                     compilation_options: wgpu::PipelineCompilationOptions {
                         constants: &[
-                            ("PARALLEL_RAYS", 1.0),
+                            ("HOST_RAYS", 1.0),
                             ("HAS_NORMALS", f64::from(u8::from(self.normal.is_some()))),
                             ("ARE_UNSIGNED", f64::from(u8::from(are_unsigned))),
                         ],

@@ -88,18 +88,18 @@ impl GpuProgram {
         frame: &FrameUniform,
     ) -> Result<Arc<RenderPasses>, GpuError> {
         let has_more = MoreLight::of(frame).is_any();
-        let is_parallel = frame.eye_right != [0.0; 3];
+        let is_of_host = frame.eye_right != [0.0; 3] || frame.near_plane != [0.0; 4];
         let make = || {
             let mut module = frame_module(&self.wgsl_by(way.by_lists), way, has_more);
-            if is_parallel {
+            if is_of_host {
                 for pass in &mut module.entry_points {
-                    pass.constants.push(("PARALLEL_RAYS", 1.0));
+                    pass.constants.push(("HOST_RAYS", 1.0));
                 }
             }
             RenderPasses::new(self.gpu(), module, way)
         };
         let name = if has_more { way.more_name } else { way.name };
-        let name = (name, u32::from(is_parallel));
+        let name = (name, u32::from(is_of_host));
         if way.has_cones {
             return self.plain_passes(name, make);
         }

@@ -1,7 +1,7 @@
 // GPU version of camera.rs: the primary ray of a pixel. `frame` is the bound uniform.
 
-// Whether rays begin beside the eye, as parallel rays of a host do.
-override PARALLEL_RAYS: bool = false;
+// Whether rays are those of a host: parallel ones begin beside the eye, and all begin to hit at its near plane.
+override HOST_RAYS: bool = false;
 
 struct Ray {
     origin: vec3<f32>,
@@ -18,7 +18,7 @@ fn ray_through(x: f32, y: f32) -> Ray {
     let v = 1.0 - y / f32(frame.height) * 2.0;
     let d = frame.forward + frame.right * u + frame.up * v;
     let length = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    let beside = select(vec3(0.0), frame.eye_right * u + frame.eye_up * v, PARALLEL_RAYS);
+    let beside = select(vec3(0.0), frame.eye_right * u + frame.eye_up * v, HOST_RAYS);
     return Ray(frame.eye + beside, vec3(d.x / length, d.y / length, d.z / length));
 }
 
@@ -37,9 +37,27 @@ fn box_span(ray: Ray) -> vec2<f32> {
     return vec2(max(max(low.x, max(low.y, low.z)), 0.0), min(high.x, min(high.y, high.z)));
 }
 
+// The length at which a ray of a host meets the near plane.
+fn near_length(ray: Ray) -> f32 {
+    if !HOST_RAYS {
+        return 0.0;
+    }
+    let plane = frame.near_plane;
+    let along = dot(plane.xyz, ray.direction);
+    let ahead = plane.w - dot(plane.xyz, ray.origin - frame.eye);
+    return select(0.0, max(ahead / along, 0.0), along > 0.0);
+}
+
+// Where a primary ray begins and ends, and where it enters the box from outside: 0 if it begins in it.
+fn primary_span(ray: Ray) -> vec3<f32> {
+    let span = box_span(ray);
+    let near = near_length(ray);
+    return vec3(max(span.x, near), span.y, select(span.x, 0.0, near > span.x));
+}
+
 // Returns the normal of the box's side where a ray enters, if the ray ends right there: the box clips a solid. Else zero.
 fn clip_normal(ray: Ray, t: f32) -> vec3<f32> {
-    let near = box_span(ray).x;
+    let near = primary_span(ray).z;
     if near <= 0.0 || t > near {
         return vec3(0.0);
     }

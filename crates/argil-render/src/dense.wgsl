@@ -16,7 +16,7 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
         return;
     }
     let ray = primary_ray(id.x, y);
-    let span = box_span(ray);
+    let span = primary_span(ray);
     let top = volume.levels - 1u;
     var walk = SurfaceStep(span.x, 0.0, 0.0, false);
     var level = 0u;
@@ -27,7 +27,7 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
         let d = stored_distance(ray.origin + ray.direction * walk.t, level);
         var range = volume.band_width * f32(1u << level);
         if level == 0u {
-            walk_step(&walk, span.x, d, steps == frame.max_steps);
+            walk_step(&walk, span.z, d, steps == frame.max_steps);
             if walk.reached {
                 kind = walk_kind(walk);
                 break;

@@ -65,7 +65,7 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
         return;
     }
     let ray = primary_ray(id.x, y);
-    let span = box_span(ray);
+    let span = primary_span(ray);
     let edge = f32(volume.brick_size_voxels) * volume.voxel_size;
     let grid = vec3<i32>(vec3(volume.grid_x, volume.grid_y, volume.grid_z));
 
@@ -89,12 +89,12 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
     var normal = vec3(0.0);
     let mode = per_thread(frame.mode, id.x);
     let shows_boxes = mode == MODE_BRICKS || mode == MODE_NODES;
-    if span.x <= span.y && span.x > 0.0 && !shows_boxes {
+    if span.x <= span.y && span.z > 0.0 && !shows_boxes {
         // A solid that the volume's box clips is hit at the box, with or without a brick.
         steps = 1u;
         let stored_d = stored_distance(ray.origin + d * span.x, 0u);
         if stored_d < 0.0 {
-            walk_step(&walk, span.x, stored_d, false);
+            walk_step(&walk, span.z, stored_d, false);
             kind = select(HIT_NONE, walk_kind(walk), walk.reached);
         }
     }
@@ -121,7 +121,7 @@ fn march_pixel(id: vec3<u32>, shows: bool) {
             while walk.t <= end && steps < frame.max_steps && !walk.reached {
                 steps++;
                 let stored_d = stored_distance(ray.origin + d * walk.t, 0u);
-                walk_step(&walk, span.x, stored_d, steps == frame.max_steps);
+                walk_step(&walk, span.z, stored_d, steps == frame.max_steps);
             }
             if walk.reached {
                 kind = walk_kind(walk);

@@ -108,7 +108,23 @@ impl Projection {
         }
     }
 
-    /// Replaces the camera of a frame.
+    /// Returns the normal of the plane of what is nearest, and its distance from a point. `None` if it is nowhere.
+    ///
+    /// *Theory.* Depth is from 0 to 1 in what a view sees: 0 ≤ z and z ≤ w. Forward, one of the two increases from less than 0.
+    fn near_plane(&self, from: DVec3) -> Option<[f32; 4]> {
+        let columns = self.clip_from_world.map(|column| column.map(f64::from));
+        let matrix = DMat4::from_cols_array_2d(&columns);
+        let [z, w] = [matrix.row(2), matrix.row(3)];
+        let forward = self.forward.normalize();
+        let slope = |plane: DVec4| plane.truncate().dot(forward);
+        let plane = if slope(z) > slope(w - z) { z } else { w - z };
+        let scale = plane.truncate().length();
+        let distance = -(plane.truncate().dot(from) + plane.w) / scale;
+        let plane = (plane.truncate() / scale).extend(distance).as_vec4();
+        plane.is_finite().then(|| plane.to_array())
+    }
+
+    /// Replaces the camera of a frame. What is nearer than the near plane is cut away.
     pub fn write(&self, frame: &mut FrameUniform) {
         let sides = DVec2::new(self.right.length(), self.up.length())
             / DVec2::new(frame.width.into(), frame.height.into());
@@ -137,6 +153,7 @@ impl Projection {
         frame.close_slope *= pixel_width / frame.pixel_width;
         frame.pixel_width = pixel_width;
         frame.eye = eye.as_vec3().to_array();
+        frame.near_plane = self.near_plane(eye).unwrap_or_default();
         frame.forward = self.forward.as_vec3().to_array();
         let sides = [self.right, self.up].map(|side| side.as_vec3().to_array());
         let (at_eye, at_one) = match self.is_parallel {

@@ -13,7 +13,7 @@ fn with_ground(ray: Ray, hit: Hit, hit_normal: vec3<f32>) -> Hit {
     }
     if ray.direction.y <= -1e-6 && frame.has_ground != 0u {
         let g = (frame.ground_y - ray.origin.y) / ray.direction.y;
-        if g > 0.0 && g < frame.far && (kind == HIT_NONE || g < t) {
+        if g > near_length(ray) && g < frame.far && (kind == HIT_NONE || g < t) {
             kind = HIT_GROUND;
             normal = vec3(0.0, 1.0, 0.0);
             t = g;

@@ -14,7 +14,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = y * frame.width + id.x;
     let ray = primary_ray(id.x, y);
-    let span = box_span(ray);
+    let span = primary_span(ray);
     var state = vec4(0.0, 0.0, 0.0, span.x);
     var counts = vec4(0u, select(HIT_NONE, HIT_PENDING, span.x <= span.y), 0u, 0u);
     if per_thread(frame.first_step, at) > 0u {

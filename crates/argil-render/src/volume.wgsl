@@ -12,11 +12,11 @@ struct SurfaceStep {
     reached: bool,
 }
 
-// Advances by a stored distance.
-fn walk_step(walk: ptr<function, SurfaceStep>, near: f32, d: f32, is_last: bool) {
+// Advances by a stored distance. `entry` is 0 where the ray begins in the box.
+fn walk_step(walk: ptr<function, SurfaceStep>, entry: f32, d: f32, is_last: bool) {
     let is_first = (*walk).side == 0.0;
     if is_first {
-        (*walk).side = select(1.0, -1.0, d < 0.0 && near <= 0.0);
+        (*walk).side = select(1.0, -1.0, d < 0.0 && entry <= 0.0);
     }
     // A ray that enters the volume through a clipped solid has hit there.
     let gap = select(d * (*walk).side, 0.0, is_first && (*walk).side > 0.0 && d < 0.0);

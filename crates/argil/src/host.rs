@@ -64,7 +64,8 @@ impl World {
     /// Nothing is submitted, waited for or read back. Once a frame of that size and mode was encoded, nothing is created, either,
     /// unless an edit needs memory, or is the first that moves a brush where there is a target for motion.
     /// Submit a [`HostFrame`] before it is encoded again.
-    /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below.
+    /// Where rays hit nothing, the host's picture stays. The settings' ground hides what is below. What is nearer than the near
+    /// plane is cut away: a ray that begins in a solid shows where it leaves it.
     /// Levels show the pages that they have, and ask for no others.
     ///
     /// # Errors

@@ -22,8 +22,13 @@ pub(crate) fn representations() -> Vec<Representation> {
 
 /// A view that is rolled, and whose middle is not in the image's middle.
 pub(crate) fn odd_view() -> Mat4 {
+    odd_view_from(NEAR)
+}
+
+/// The same with another near plane.
+pub(crate) fn odd_view_from(near: f32) -> Mat4 {
     let shift = Mat4::from_translation(Vec3::new(0.25, -0.15, 0.0));
-    let projection = directx::perspective_infinite_reverse(0.6, 1.4, NEAR);
+    let projection = directx::perspective_infinite_reverse(0.6, 1.4, near);
     let up = Vec3::new(0.4, 1.0, 0.1);
     shift * projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
 }

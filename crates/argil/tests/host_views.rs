@@ -1,6 +1,8 @@
 //! Cameras of a host, as matrices.
 
-use crate::host_common::{CLEAR, Host, half, odd_view, point_at, representations, target};
+use crate::host_common::{
+    CLEAR, Host, half, odd_view, odd_view_from, point_at, representations, target,
+};
 use argil::gpu::{HostTargets, wgpu};
 use argil::prelude::*;
 use argil::render::{Projection, frame_uniforms};
@@ -11,21 +13,33 @@ type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 /// The same with parallel rays. The scene is between its planes.
 fn parallel_view(is_reversed: bool) -> Mat4 {
-    let [near, far] = if is_reversed { [9.0, 1.0] } else { [1.0, 9.0] };
+    parallel_view_from(1.0, is_reversed)
+}
+
+/// The same with another near plane.
+fn parallel_view_from(near: f32, is_reversed: bool) -> Mat4 {
+    let [near, far] = if is_reversed {
+        [9.0, near]
+    } else {
+        [near, 9.0]
+    };
     let projection = directx::orthographic(-1.5, 1.1, -0.9, 1.2, near, far);
     let up = Vec3::new(0.4, 1.0, 0.1);
     projection * look_at_mat4(Vec3::new(1.5, 1.0, 4.0), Vec3::ZERO, up)
 }
 
-/// Where the ray between two points meets a sphere around the origin, by the quadratic formula.
+/// Where the ray between two points first meets a sphere around the origin, by the quadratic formula. It may begin in it.
 fn meets_sphere(from: glam::DVec3, to: glam::DVec3, radius: f64) -> Option<glam::DVec3> {
     let direction = (to - from).normalize();
     let b = from.dot(direction);
     let root = b * b - from.length_squared() + radius * radius;
-    (root > 0.0).then(|| from + direction * (-b - root.sqrt()))
+    let root = (root > 0.0).then(|| root.sqrt())?;
+    let first = [-b - root, -b + root].into_iter().find(|&t| t > 0.0)?;
+    Some(from + direction * first)
 }
 
-/// A sphere through any view lies where the quadratic formula says, in the depth buffer, too.
+/// A sphere through any view lies where the quadratic formula says, in the depth buffer, too. A near plane that cuts it lets
+/// rays begin inside.
 #[test]
 fn depths_are_those_of_the_formula() -> Outcome {
     let host = Host::new([90, 64])?;
@@ -43,6 +57,10 @@ fn depths_are_those_of_the_formula() -> Outcome {
             (odd_view(), true),
             (parallel_view(true), true),
             (parallel_view(false), false),
+            (odd_view_from(4.1), true),
+            (odd_view_from(4.6), true),
+            (parallel_view_from(4.1, true), true),
+            (parallel_view_from(4.6, false), false),
         ] {
             let (compare, far, near) = match is_reversed {
                 true => (wgpu::CompareFunction::Greater, 0.0, 1.0),
@@ -53,11 +71,19 @@ fn depths_are_those_of_the_formula() -> Outcome {
             let (mut wrong, mut both) = (0, 0);
             for (i, depth) in host.depths()?.into_iter().enumerate() {
                 let at = |depth: f32| point_at(view, host.size, i, depth.into());
+                // Rays that begin at the surface end there, or at its other side.
+                if (at(near).length() - 0.8).abs() < 0.03 {
+                    continue;
+                }
                 match (meets_sphere(at(near), at(0.5), 0.8), depth != far) {
                     (Some(expected), true) => {
                         both += 1;
                         let off = at(depth).distance(expected);
-                        assert!(off < 0.04, "{representation:?}: {off} off {expected}");
+                        // No image asked for fine pages of the other side.
+                        let is_coarse = matches!(representation, Representation::Levels(_));
+                        let is_behind = at(near).length() < 0.8;
+                        let room = if is_coarse && is_behind { 0.2 } else { 0.04 };
+                        assert!(off < room, "{representation:?}: {off} off {expected}");
                     }
                     (None, false) => {}
                     _ => wrong += 1,

@@ -32,7 +32,7 @@ fn march_cone(id: vec3<u32>, shows: bool) {
         let px = x + i % CONE_SIDE;
         let py = y + i / CONE_SIDE;
         if px < frame.width && py < frame.height {
-            let span = box_span(primary_ray(px, py));
+            let span = primary_span(primary_ray(px, py));
             if span.x <= span.y {
                 begin = min(begin, span.x);
                 end = max(end, span.y);
@@ -44,7 +44,8 @@ fn march_cone(id: vec3<u32>, shows: bool) {
     let middle = ray_through(f32(x) + 0.5 * f32(CONE_SIDE), f32(y) + 0.5 * f32(CONE_SIDE));
     let direction = middle.direction;
     let eye = middle.origin;
-    let starts_outside = any(eye < frame.box_min) || any(eye > frame.box_max);
+    let first = eye + direction * near_length(middle);
+    let starts_outside = any(first < frame.box_min) || any(first > frame.box_max);
     let slope = CONE_RADIUS * frame.pixel_width;
     let held_min = cone_box_min();
     let held_max = cone_box_max();

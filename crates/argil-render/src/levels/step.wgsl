@@ -16,11 +16,11 @@ fn dither(pixel: u32) -> f32 {
 fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
     let at_pixel = y * frame.width + x;
     let ray = primary_ray(x, y);
-    let span = box_span(ray);
-    let from_eye = select(vec3(0.0), ray.origin - frame.eye, PARALLEL_RAYS);
+    let span = primary_span(ray);
+    let from_eye = select(vec3(0.0), ray.origin - frame.eye, HOST_RAYS);
     let size = volume.pixel_error * frame.pixel_width;
     let begin = max(span.x, live.blocks[block_place].begin);
-    let walk = walk_levels(ray.direction, from_eye, begin, span, size * dither(at_pixel));
+    let walk = walk_levels(ray.direction, from_eye, begin, span.zy, size * dither(at_pixel));
     if walk.voxel > 0.0 {
         atomicAdd(&feedback[0], 1u);
         if walk.gap > 0.0 && walk.voxel > 2.0 * size * walk.t {
