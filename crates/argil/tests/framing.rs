@@ -79,6 +79,34 @@ fn rows() -> Result<Vec<(String, Scene)>, Box<dyn std::error::Error>> {
     Ok(all)
 }
 
+/// Imported meshes: triangles of the first rows, as files that a user has.
+fn imported() -> Result<Vec<(String, Scene)>, Box<dyn std::error::Error>> {
+    let mut all = Vec::new();
+    for (name, solid) in rows()?.into_iter().take(20) {
+        let options = MeshOptions {
+            resolution: 32,
+            ..MeshOptions::default()
+        };
+        let mesh = Engine::cpu().build(&solid)?.field().mesh(&options)?.mesh;
+        let mut file = String::new();
+        for p in &mesh.positions {
+            file += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+        for [a, b, c] in &mesh.triangles {
+            file += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+        }
+        let mut scene = Scene::new();
+        let mut shape = Shape::from_file("own.obj");
+        if let Some((_, resolution, _)) = shape.file_mut() {
+            *resolution = 48;
+        }
+        scene.push(Brush::new(shape))?;
+        argil::load_meshes_from_bytes(&mut scene, &[("own.obj".into(), file.into())])?;
+        all.push((format!("imported {name}"), scene));
+    }
+    Ok(all)
+}
+
 /// Returns the height of the lowest vertex of a mesh, and its voxel.
 fn lowest(scene: &Scene, resolution: u32) -> Result<[f32; 2], Box<dyn std::error::Error>> {
     let options = MeshOptions {
@@ -125,14 +153,14 @@ fn grounds_touch_what_stands_on_them() -> Outcome {
 #[test]
 fn grounds_touch_all_rows() -> Outcome {
     let mut count = 0;
-    for (name, scene) in rows()? {
+    for (name, scene) in rows()?.into_iter().chain(imported()?) {
         let [expected, voxel] = lowest(&scene, 64)?;
         let world = Engine::cpu().build(&scene)?.field();
         let off = (world.ground_height() - expected) / voxel;
         assert!(off.abs() < 1.0, "{name}: {off} voxels");
         count += 1;
     }
-    assert!(count >= 40, "{count} rows");
+    assert!(count >= 60, "{count} rows");
     Ok(())
 }
 
@@ -142,7 +170,7 @@ fn surfaces_fill_the_image() -> Outcome {
     let [width, height] = [160, 120];
     let solids = solids()?.into_iter();
     let solids = solids.map(|(name, scene)| (name.to_owned(), scene));
-    for (name, scene) in solids.chain(rows()?) {
+    for (name, scene) in solids.chain(rows()?).chain(imported()?) {
         let world = Engine::cpu().build(&scene)?.field();
         let settings = world.render_settings([width, height], RenderMode::Normal);
         let lengths = world.ray_distances(&world.camera(), &settings)?;

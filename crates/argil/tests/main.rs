@@ -32,6 +32,7 @@ mod lights;
 mod live_image;
 mod openvdb;
 mod query;
+mod residue;
 #[cfg(feature = "gpu")]
 mod shader_volume;
 mod still;
