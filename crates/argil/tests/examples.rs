@@ -63,5 +63,5 @@ fn every_example_runs() {
         assert!(out.path().join(format!("{picture}.png")).exists(), "{name}");
         count += 1;
     }
-    assert_eq!(count, 10);
+    assert_eq!(count, 11);
 }
