@@ -109,8 +109,17 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     *MAKING.lock().unwrap_or_else(PoisonError::into_inner) = Some(control.clone());
     let still = world.still(&camera, &settings, &asked);
     MAKING.lock().unwrap_or_else(PoisonError::into_inner).take();
-    let still = still?;
+    let mut still = still?;
     let is_interrupted = control.is_cancelled();
+    let samples = still.samples();
+    if !is_interrupted && samples == 0 {
+        eprintln!(
+            "{}: --time-limit ended before each pixel had a path: {} of {} show a neighbor's",
+            path.display(),
+            still.fill_gaps(),
+            settings.size[0] * settings.size[1]
+        );
+    }
     ensure!(
         still.samples() > 0,
         "{}: interrupted before each pixel had a path",
@@ -126,7 +135,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
             "integrator": "path",
             "size": [width, height],
             "brushes": world.program().brush_count(),
-            "samples": still.samples(),
+            "samples": samples,
             "interrupted": is_interrupted,
             "build_ms": build_ms,
             "frame_ms": output::times(&[paths_ms]),
@@ -139,7 +148,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     output::line(&format!("{} ({width}x{height})", path.display()));
     output::line(&format!(
         "{} paths a pixel in {:.1} s{}",
-        still.samples(),
+        samples,
         1e-3 * paths_ms,
         if is_interrupted { ", interrupted" } else { "" }
     ));

@@ -22,7 +22,7 @@ pub(crate) struct StillArgs {
     /// Rays per pixel, at most 64, or paths, at most 1048576 [default: 4 for shaded images, 64 paths, else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
-    /// Paths: stop this long after the command began, when each pixel has a path
+    /// Paths: stop this long after the command began. On a GPU, when each pixel has a path
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time_limit: Option<f32>,
     /// Paths: remove noise, by surfaces' normals, distances and colors

@@ -28,7 +28,9 @@ fn stills_are_made() {
     assert!(picture("c.png", &["--samples", "3", "--denoise"]).1 != first);
     let (found, _) = picture("d.png", &["--samples", "1000000", "--time-limit", "0.5"]);
     assert!(
-        (1..1_000_000).contains(&found["samples"].as_u64().unwrap_or(0)),
+        found["samples"]
+            .as_u64()
+            .is_some_and(|samples| samples < 1_000_000),
         "{found}"
     );
     let (_, exr) = picture("e.exr", &["--samples", "16"]);

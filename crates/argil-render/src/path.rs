@@ -54,6 +54,15 @@ pub fn trace_paths(
     still
 }
 
+/// How many parts a first pass has that the time limit may end.
+const TURNS: u32 = 16;
+
+/// Returns the part of a first pass to which a pixel belongs: those of each part are spread evenly (Bayer 1973).
+fn turn_of(x: u32, y: u32) -> u32 {
+    const ORDER: [[u32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+    ORDER[y as usize % 4][x as usize % 4]
+}
+
 /// Adds paths to a still of the same frame: see [`trace_paths`]. As many as one call would have made, made by several, are the same
 /// paths.
 ///
@@ -93,30 +102,37 @@ pub fn continue_paths(
         clamp: options.firefly_clamp.unwrap_or(f32::INFINITY),
     };
     control.begin("paths", u64::from(options.samples) * all.len() as u64);
-    for pass in 0..options.samples {
-        let is_late = || {
-            let limit = options.time_limit.filter(|_| pass > 0);
-            limit.is_some_and(|limit| start.elapsed() >= limit)
-        };
-        own.par_iter_mut().zip(&all).for_each(|(pixels, tile)| {
-            if control.is_cancelled() || is_late() {
-                return;
+    let is_empty = still.samples() == 0;
+    'passes: for pass in 0..options.samples {
+        let is_sparse = pass == 0 && is_empty && options.time_limit.is_some();
+        let turns = if is_sparse { TURNS } else { 1 };
+        for turn in 0..turns {
+            let is_over = || {
+                let limit = options.time_limit.filter(|_| pass > 0 || turn > 0);
+                control.is_cancelled() || limit.is_some_and(|limit| start.elapsed() >= limit)
+            };
+            own.par_iter_mut().zip(&all).for_each(|(pixels, tile)| {
+                for (y, row) in (tile.first_row..).zip(pixels.chunks_mut(tile.width as usize)) {
+                    if is_over() {
+                        return;
+                    }
+                    for (x, pixel) in (tile.first_x..).zip(row) {
+                        if is_sparse && turn_of(x, y) != turn {
+                            continue;
+                        }
+                        let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
+                        let [u, v] = sampler.pair();
+                        let on_lens = sampler.pair();
+                        let place = [x as f32 + u, y as f32 + v];
+                        let (origin, direction) = view.ray(frame, place, on_lens);
+                        pixel.add(&integrator.path(origin, direction, &mut sampler));
+                    }
+                }
+                control.advance(u64::from(turn + 1 == turns));
+            });
+            if is_over() {
+                break 'passes;
             }
-            for (nth, pixel) in (0u32..).zip(pixels) {
-                let (x, y) = (
-                    tile.first_x + nth % tile.width,
-                    tile.first_row + nth / tile.width,
-                );
-                let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
-                let [u, v] = sampler.pair();
-                let on_lens = sampler.pair();
-                let (origin, direction) = view.ray(frame, [x as f32 + u, y as f32 + v], on_lens);
-                pixel.add(&integrator.path(origin, direction, &mut sampler));
-            }
-            control.advance(1);
-        });
-        if control.is_cancelled() || is_late() {
-            break;
         }
     }
     for (tile, own) in all.iter().zip(own) {

@@ -234,3 +234,33 @@ fn all_hits_have_normals() -> Outcome {
     assert!(hits > 10_000, "{hits}");
     Ok(())
 }
+
+/// A limit that ends the first pass leaves paths that are spread evenly. They are those of a still without a limit, and other pixels
+/// show their nearest neighbor.
+#[test]
+fn a_short_limit_spreads_paths() -> Outcome {
+    let world = Engine::cpu().build(&scene(Material::default())?)?.field();
+    let size = [61, 46];
+    let settings = world.render_settings(size, RenderMode::Shaded);
+    let traced = |time_limit| {
+        let options = StillOptions {
+            samples: 1,
+            time_limit,
+            ..StillOptions::default()
+        };
+        world.still(&world.camera(), &settings, &options)
+    };
+    let whole = traced(None)?;
+    let mut sparse = traced(Some(std::time::Duration::ZERO))?;
+    assert_eq!((whole.samples(), sparse.samples()), (1, 0));
+    let [width, height] = size.map(|side| side as usize);
+    let cells = width.div_ceil(4) * height.div_ceil(4);
+    assert_eq!(sparse.fill_gaps(), width * height - cells);
+    assert_eq!((sparse.samples(), sparse.fill_gaps()), (1, 0));
+    let [whole, sparse] = [whole.radiance(), sparse.radiance()];
+    for i in 0..width * height {
+        let known = (i / width & !3) * width + (i % width & !3);
+        assert_eq!(sparse[i], whole[known], "pixel {i}");
+    }
+    Ok(())
+}

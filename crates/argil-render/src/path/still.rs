@@ -104,6 +104,31 @@ impl Still {
         counts.min().unwrap_or(0)
     }
 
+    /// Gives each pixel without a path what its nearest neighbor has, of those in the same 4 × 4 pixels. Returns how many there were.
+    ///
+    /// A time limit may end the first pass. A still is for looking at then: more paths would repeat those of neighbors.
+    pub fn fill_gaps(&mut self) -> usize {
+        let [width, height] = self.size.map(|side| side as usize);
+        let traced = self.pixels.clone();
+        let mut count = 0;
+        for (i, pixel) in self.pixels.iter_mut().enumerate() {
+            if pixel.count > 0 {
+                continue;
+            }
+            let (x, y) = (i % width, i / width);
+            let rows = (y & !3)..((y | 3) + 1).min(height);
+            let places =
+                rows.flat_map(|v| ((x & !3)..((x | 3) + 1).min(width)).map(move |u| (u, v)));
+            let known = places.filter(|&(u, v)| traced[v * width + u].count > 0);
+            let nearest = known.min_by_key(|&(u, v)| u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2));
+            if let Some((u, v)) = nearest {
+                *pixel = traced[v * width + u];
+                count += 1;
+            }
+        }
+        count
+    }
+
     /// Returns the light of each pixel: linear RGB with the primaries of sRGB, row by row from the top.
     pub fn radiance(&self) -> Vec<[f32; 3]> {
         let means = self.pixels.iter().map(|pixel| pixel.mean().to_array());
