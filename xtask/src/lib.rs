@@ -73,7 +73,7 @@ pub fn run_built(name: &str, arguments: &[impl AsRef<str>]) -> anyhow::Result<()
     run(&built(name)?.display().to_string(), &arguments)
 }
 
-/// Returns the file of a program of the workspace that is built, beside this one.
+/// Returns the file of a program of the workspace that is built, beside this one, so in the same profile.
 ///
 /// Also of this one: where cargo built it again meanwhile, the file of this process is deleted.
 ///

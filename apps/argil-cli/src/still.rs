@@ -95,14 +95,13 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
         camera: &camera,
         settings,
         options: asked,
+        begin,
         is_fixed: options.via.is_some(),
     };
     let world = plan.chosen(world)?;
     let build_ms = start.elapsed().as_secs_f64() * 1e3;
-    // The limit is the command's: what was built counts.
-    let left = |limit: Duration| limit.saturating_sub(begin.elapsed());
     let asked = StillOptions {
-        time_limit: asked.time_limit.map(left),
+        time_limit: plan.time_left(),
         ..asked
     };
     let start = Instant::now();
@@ -112,19 +111,7 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     let mut still = still?;
     let is_interrupted = control.is_cancelled();
     let samples = still.samples();
-    if !is_interrupted && samples == 0 {
-        eprintln!(
-            "{}: --time-limit ended before each pixel had a path: {} of {} show a neighbor's",
-            path.display(),
-            still.fill_gaps(),
-            settings.size[0] * settings.size[1]
-        );
-    }
-    ensure!(
-        still.samples() > 0,
-        "{}: interrupted before each pixel had a path",
-        path.display()
-    );
+    fill_gaps(&path, &mut still)?;
     let paths_ms = start.elapsed().as_secs_f64() * 1e3;
     write(&path, options, &world, &still)?;
     let [width, height] = still.size();
@@ -147,11 +134,28 @@ pub(crate) fn run(options: &RenderArgs) -> anyhow::Result<()> {
     }
     output::line(&format!("{} ({width}x{height})", path.display()));
     output::line(&format!(
-        "{} paths a pixel in {:.1} s{}",
-        samples,
+        "{samples} paths a pixel in {:.1} s{}",
         1e-3 * paths_ms,
         if is_interrupted { ", interrupted" } else { "" }
     ));
+    Ok(())
+}
+
+/// Shows a neighbor where no path was, and says so.
+fn fill_gaps(path: &Path, still: &mut Still) -> anyhow::Result<()> {
+    let count = still.fill_gaps();
+    let path = path.display();
+    ensure!(
+        still.samples() > 0,
+        "{path}: interrupted before each pixel had a path"
+    );
+    if count > 0 {
+        let [width, height] = still.size();
+        let all = width * height;
+        eprintln!(
+            "{path}: it ended before each pixel had a path: {count} of {all} show a neighbor's"
+        );
+    }
     Ok(())
 }
 

@@ -4,7 +4,7 @@ use argil::field::SurfaceReach;
 use argil::render::{Camera, RenderSettings, Still, StillOptions};
 use argil::{BricksOptions, BuildError, Representation, StillError, World};
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The fewest and the most voxels along the longest side.
 const VOXELS: [f32; 2] = [256.0, 1024.0];
@@ -24,19 +24,27 @@ pub(crate) struct StillPlan<'a> {
     pub camera: &'a Camera,
     pub settings: RenderSettings,
     pub options: StillOptions,
+    /// When the command began: its time limit counts from there.
+    pub begin: Instant,
     /// Whether paths have to pass through the world as it is.
     pub is_fixed: bool,
 }
 
 impl StillPlan<'_> {
+    /// Returns what is left of the time limit.
+    pub(crate) fn time_left(&self) -> Option<Duration> {
+        let limit = self.options.time_limit?;
+        Some(limit.saturating_sub(self.begin.elapsed()))
+    }
+
     /// Says on stderr how long a still will take, if that is long. If paths take less time through bricks than through the field,
     /// returns the world as bricks, and says so.
     ///
     /// # Errors
     /// As for the still, or if bricks cannot be built for another reason than memory.
     pub(crate) fn chosen(&self, world: World) -> anyhow::Result<World> {
-        let limit = self.options.time_limit.map(|limit| limit.as_secs_f64());
-        let allowed = |seconds: f64| limit.map_or(seconds, |limit| limit.min(seconds));
+        let limit = || self.time_left().map(|limit| limit.as_secs_f64());
+        let allowed = |seconds: f64| limit().map_or(seconds, |limit| limit.min(seconds));
         let (mut world, mut seconds) = (world, 0.0);
         if allowed(f64::INFINITY) > PATIENCE {
             seconds = self.seconds(&world)?;
@@ -50,7 +58,10 @@ impl StillPlan<'_> {
                 Ok(bricks) => {
                     let build_seconds = start.elapsed().as_secs_f64();
                     let through_bricks = self.seconds(&bricks)?;
-                    if build_seconds + through_bricks < GAIN * seconds {
+                    // Where the limit ends both, what was built is no reason any more.
+                    let is_limited = limit().is_some_and(|limit| limit < seconds);
+                    let spent = if is_limited { 0.0 } else { build_seconds };
+                    if spent + through_bricks < GAIN * seconds {
                         eprintln!(
                             "{}: paths pass through bricks, {} voxels along the longest side. Through the exact field (--via field) \
                              they would take about {seconds:.0} s",
@@ -67,9 +78,9 @@ impl StillPlan<'_> {
         }
         if allowed(seconds) > PATIENCE {
             let [width, height] = self.settings.size;
-            let of_these = match limit {
+            let of_these = match limit() {
                 Some(limit) if limit < seconds => {
-                    format!(", of which --time-limit allows {limit} s")
+                    format!(", of which --time-limit leaves {limit:.0} s")
                 }
                 _ => String::new(),
             };

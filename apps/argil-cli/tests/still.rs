@@ -26,6 +26,8 @@ fn stills_are_made() {
     assert!(found["hit_pixels"].as_u64() > Some(100));
     assert!(picture("b.png", &["--samples", "3", "--threads", "1"]).1 == first);
     assert!(picture("c.png", &["--samples", "3", "--denoise"]).1 != first);
+    let in_time = picture("f.png", &["--samples", "3", "--time-limit", "3600"]);
+    assert!(in_time.1 == first);
     let (found, _) = picture("d.png", &["--samples", "1000000", "--time-limit", "0.5"]);
     assert!(
         found["samples"]

@@ -69,7 +69,9 @@ fn drawn(covered: Covered) -> Drawn {
     let ray = primary_ray(pixel.x, pixel.y);
     let point = ray.origin + ray.direction * hit.normal_t.w;
     let clip = host_view.clip_from_world * vec4(point, 1.0);
-    if hit.kind == HIT_NONE || clip.w <= 0.0 || clip.z < 0.0 || clip.z > clip.w {
+    // What begins at the near plane may be beyond it by a rounding.
+    let rounding = 1e-4 * clip.w;
+    if hit.kind == HIT_NONE || clip.w <= 0.0 || clip.z < -rounding || clip.z > clip.w + rounding {
         discard;
     }
     var color = max(colors[at].xyz, vec3(0.0));
@@ -83,7 +85,7 @@ fn drawn(covered: Covered) -> Drawn {
     let motion = vec4(motion_of(at, point, clip), 0.0, 0.0);
     var normal = vec4(hit.normal_t.xyz, 0.0);
     normal = select(normal, vec4(0.5 * normal.xyz + 0.5, 1.0), ARE_UNSIGNED);
-    return Drawn(vec4(color, 1.0), select(motion, normal, HAS_NORMALS), motion, clip.z / clip.w);
+    return Drawn(vec4(color, 1.0), select(motion, normal, HAS_NORMALS), motion, saturate(clip.z / clip.w));
 }
 
 @fragment

@@ -139,7 +139,7 @@ fn lamps_seen(ray: Ray, reach: f32, lamp_count: u32) -> vec3<f32> {
             let is_in = abs(dot(p, first.xyz)) < first.w && abs(dot(p, second.xyz)) < second.w;
             met = select(-1.0, length, facing < 0.0 && is_in);
         }
-        if met > 0.0 && met < reach {
+        if met > near_length(ray) && met < reach {
             sum += own * fog_transmitted(ray.origin, ray.direction, min(frame.far, met));
         }
     }

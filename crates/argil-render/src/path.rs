@@ -101,14 +101,21 @@ pub fn continue_paths(
         max_bounces: options.max_bounces,
         clamp: options.firefly_clamp.unwrap_or(f32::INFINITY),
     };
-    control.begin("paths", u64::from(options.samples) * all.len() as u64);
-    let is_empty = still.samples() == 0;
+    let parts = u64::from(options.samples) * all.len() as u64 * u64::from(TURNS);
+    control.begin("paths", parts);
+    // The first part with a pixel that has no path.
+    let places = (0..).zip(&still.pixels);
+    let empty = places.filter(|(_, pixel)| pixel.count == 0);
+    let first_turn = empty
+        .map(|(i, _): (u32, _)| turn_of(i % size[0], i / size[0]))
+        .min();
+    let first_turn = first_turn.filter(|_| options.time_limit.is_some());
     'passes: for pass in 0..options.samples {
-        let is_sparse = pass == 0 && is_empty && options.time_limit.is_some();
-        let turns = if is_sparse { TURNS } else { 1 };
-        for turn in 0..turns {
+        let sparse = first_turn.filter(|_| pass == 0);
+        let first = sparse.unwrap_or(TURNS - 1);
+        for turn in first..TURNS {
             let is_over = || {
-                let limit = options.time_limit.filter(|_| pass > 0 || turn > 0);
+                let limit = options.time_limit.filter(|_| pass > 0 || turn > first);
                 control.is_cancelled() || limit.is_some_and(|limit| start.elapsed() >= limit)
             };
             own.par_iter_mut().zip(&all).for_each(|(pixels, tile)| {
@@ -117,7 +124,7 @@ pub fn continue_paths(
                         return;
                     }
                     for (x, pixel) in (tile.first_x..).zip(row) {
-                        if is_sparse && turn_of(x, y) != turn {
+                        if sparse.is_some() && (turn_of(x, y) != turn || pixel.count > 0) {
                             continue;
                         }
                         let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
@@ -128,7 +135,7 @@ pub fn continue_paths(
                         pixel.add(&integrator.path(origin, direction, &mut sampler));
                     }
                 }
-                control.advance(u64::from(turn + 1 == turns));
+                control.advance(if sparse.is_some() { 1 } else { TURNS.into() });
             });
             if is_over() {
                 break 'passes;

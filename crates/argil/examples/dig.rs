@@ -13,7 +13,7 @@ const RESOLUTION: u32 = 192;
 
 /// Numbers from -1 to 1 that look random.
 fn random(n: u32, axis: u32) -> f32 {
-    let hash = (n * 3 + axis).wrapping_mul(0x9e37_79b9);
+    let hash = (n * 4 + axis).wrapping_mul(0x9e37_79b9);
     let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca6b);
     (hash >> 8) as f32 / (1 << 23) as f32 - 1.0
 }
@@ -32,9 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut world = Engine::cpu().build(&scene)?.bricks(RESOLUTION)?;
     let mut bake: Option<JoinHandle<Result<argil::scene::HistoryBake, _>>> = None;
     for n in 0..400 {
-        let place = [0, 1, 2].map(|axis| [1.3, 0.35, 1.3][axis as usize] * random(n, axis));
+        let height = 0.35 + 0.35 * random(n, 1);
+        let place = [1.3 * random(n, 0), height, 1.3 * random(n, 2)];
         let ball = Brush::new(Shape::sphere(0.1 + 0.05 * random(n, 3))).smooth(0.03);
-        scene.push(ball.at([place[0], 0.35 + place[1], place[2]]).subtract())?;
+        scene.push(ball.at(place).subtract())?;
         let report = world.apply_within(&scene, EditBudget::new(2.0).near(place))?;
         let entries = scene.node(Scene::ROOT).children().len();
         if n % 50 == 49 {

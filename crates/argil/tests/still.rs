@@ -257,10 +257,24 @@ fn a_short_limit_spreads_paths() -> Outcome {
     let cells = width.div_ceil(4) * height.div_ceil(4);
     assert_eq!(sparse.fill_gaps(), width * height - cells);
     assert_eq!((sparse.samples(), sparse.fill_gaps()), (1, 0));
+    let ends_in_time = traced(Some(std::time::Duration::from_secs(3600)))?;
+    assert_eq!(ends_in_time.radiance(), whole.radiance());
     let [whole, sparse] = [whole.radiance(), sparse.radiance()];
     for i in 0..width * height {
         let known = (i / width & !3) * width + (i % width & !3);
         assert_eq!(sparse[i], whole[known], "pixel {i}");
     }
+    // Each call goes on with the pixels that have none.
+    let mut still = argil::render::Still::new(size);
+    let options = StillOptions {
+        samples: 1,
+        time_limit: Some(std::time::Duration::ZERO),
+        ..StillOptions::default()
+    };
+    for _ in 0..16 {
+        assert_eq!(still.samples(), 0);
+        world.refine_still(&mut still, &world.camera(), &settings, &options)?;
+    }
+    assert_eq!(still.radiance(), whole);
     Ok(())
 }

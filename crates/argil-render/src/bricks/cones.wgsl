@@ -28,6 +28,7 @@ fn march_cone(id: vec3<u32>, shows: bool) {
     // The interval of the box over all rays of the block.
     var begin = INFINITE;
     var end = -INFINITE;
+    var starts_outside = false;
     for (var i = 0u; i < CONE_SIDE * CONE_SIDE; i++) {
         let px = x + i % CONE_SIDE;
         let py = y + i / CONE_SIDE;
@@ -35,6 +36,7 @@ fn march_cone(id: vec3<u32>, shows: bool) {
             let span = primary_span(primary_ray(px, py));
             if span.x <= span.y {
                 begin = min(begin, span.x);
+                starts_outside = starts_outside || span.z > 0.0;
                 end = max(end, span.y);
             }
         }
@@ -44,8 +46,6 @@ fn march_cone(id: vec3<u32>, shows: bool) {
     let middle = ray_through(f32(x) + 0.5 * f32(CONE_SIDE), f32(y) + 0.5 * f32(CONE_SIDE));
     let direction = middle.direction;
     let eye = middle.origin;
-    let first = eye + direction * near_length(middle);
-    let starts_outside = any(first < frame.box_min) || any(first > frame.box_max);
     let slope = CONE_RADIUS * frame.pixel_width;
     let held_min = cone_box_min();
     let held_max = cone_box_max();

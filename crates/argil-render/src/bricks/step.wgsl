@@ -12,9 +12,9 @@ fn march_pixel(x: u32, y: u32, block_place: u32, cone_steps: u32, shows: bool) {
     let span = primary_span(ray);
     let begin = max(span.x, live.blocks[block_place].begin);
     var is_inside = live.blocks[block_place].is_inside != 0u;
-    if HOST_RAYS && span.z <= 0.0 {
-        // A near plane may be in the solid for some pixels of a block only.
-        is_inside = brick_clearance(ray.origin + ray.direction * begin) < 0.0;
+    if HOST_RAYS {
+        // A near plane may be in the solid, or in the box, for some pixels of a block only.
+        is_inside = span.z <= 0.0 && brick_clearance(ray.origin + ray.direction * begin) < 0.0;
     }
     let walk = walk_bricks(ray, begin, span.y, select(1.0, -1.0, is_inside));
     var hit = Hit(vec4(0.0), walk.kind, walk.steps + cone_steps, 0u, walk.lookups, 0u);

@@ -14,8 +14,8 @@ struct LevelWalk {
     normal: vec3<f32>,
 }
 
-// Marches a ray from a length to the end of its span, whose begin is 0 if the ray begins in the box. It begins at an offset from the eye, where coordinates are most
-// precise. `own_size` is the edge of a voxel that it accepts at length 1.
+// Marches a ray from a length to the end of its span, whose begin is 0 if the ray begins in the box. The ray begins at
+// an offset from the eye, where coordinates are most precise. `own_size` is the edge of a voxel that it accepts at length 1.
 fn walk_levels(direction: vec3<f32>, from_eye: vec3<f32>, begin: f32, span: vec2<f32>, own_size: f32) -> LevelWalk {
     let scale = frame.inv_lipschitz;
     let aside = length(from_eye);

@@ -16,7 +16,7 @@ pub struct StillOptions {
     pub max_bounces: u32,
     /// The most light that a path may bring after its first surface. It removes bright dots, and light with them.
     pub firefly_clamp: Option<f32>,
-    /// The time after which no path begins. On the CPU, one pixel of each 4 × 4 gets a path in any case (see
+    /// The time after which no row of a tile begins, or no band on a GPU. On the CPU, one pixel of each 4 × 4 gets a path in any case (see
     /// [`Still::fill_gaps`](crate::Still::fill_gaps)), on the GPU each pixel.
     pub time_limit: Option<Duration>,
     /// Whether what is behind everything is left out: see [`Still::opacity`](crate::Still::opacity).
