@@ -47,22 +47,26 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     if per_thread(frame.first_step, at) > 0u {
         state = bitcast<vec2<f32>>(hits[sun_at(at)].xy);
     }
-    state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, per_thread(frame.step_count, at));
+    let steps = vec2(frame.first_step, per_thread(frame.step_count, at));
+    state = march_to_sun(ray.origin, state, span.y, hit.normal_t.w, steps);
     hits[sun_at(at)] = vec4(bitcast<vec2<u32>>(state), 0u, 0u);
 }
 
-// Marches a ray on from what it has seen and how far it has come, up to a length. That is negative once it is done.
-fn march_to_sun(origin: vec3<f32>, begin: vec2<f32>, end: f32, length: f32, step_count: u32) -> vec2<f32> {
+// Marches a ray on from what it has seen and how far it has come, up to a length. That is negative once it is done. `steps` has
+// the first step and their number.
+fn march_to_sun(origin: vec3<f32>, begin: vec2<f32>, end: f32, length: f32, steps: vec2<u32>) -> vec2<f32> {
     var share = begin.x;
     var t = begin.y;
-    for (var step = 0u; step < step_count; step++) {
+    for (var step = 0u; step < steps.y; step++) {
         if t < 0.0 {
             break;
         }
         let d = light_distance(origin + frame.sun * t);
         let own = clamp(SHADOW_SHARPNESS * d / max(t, frame.epsilon), 0.0, 1.0);
         share = min(share, own);
-        t += max(d * frame.inv_lipschitz, light_step(length));
+        // One that still marches after all steps would count as lit.
+        let part = f32(steps.x + step + 1u) / f32(SHADOW_STEPS);
+        t = max(t + max(d * frame.inv_lipschitz, light_step(length)), part * part * part * (2.0 * frame.radius));
         if own <= 0.005 || t >= end {
             t = -1.0;
         }

@@ -35,6 +35,7 @@ mod query;
 mod residue;
 #[cfg(feature = "gpu")]
 mod shader_volume;
+mod shadows;
 mod still;
 mod volume_distances;
 mod volume_files;

@@ -24,7 +24,7 @@ fn shadow_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocat
     let ray = sun_ray(hit, pixel.x, pixel.y);
     let end = min(ray.span.y, begin);
     let state = vec2(1.0, select(ray.span.x, -1.0, ray.span.x > end));
-    let share = march_to_sun(ray.origin, state, end, hit.normal_t.w, SHADOW_STEPS).x;
+    let share = march_to_sun(ray.origin, state, end, hit.normal_t.w, vec2(0u, SHADOW_STEPS)).x;
     hits[sun_at(at)].x = bitcast<u32>(share);
 }
 

@@ -100,7 +100,7 @@ impl SunScratch {
                 points.resize(n);
                 rays.place(sun, first, points);
                 source.measure(points);
-                ended += rays.step(frame, far, first, &points.d);
+                ended += rays.step(frame, (far, steps), first, &points.d);
             }
             // Moving rays costs more than marching a few in vain.
             if 4 * ended >= count || batch == usize::MAX {
@@ -314,7 +314,13 @@ impl ShadowRays {
     }
 
     /// Advances rays from `first` on by their distances. Returns how many have ended.
-    fn step(&mut self, frame: &FrameUniform, far: f32, first: usize, d: &[f32]) -> usize {
+    fn step(
+        &mut self,
+        frame: &FrameUniform,
+        (far, steps): (f32, u32),
+        first: usize,
+        d: &[f32],
+    ) -> usize {
         let range = first..first + d.len();
         let rays = (
             &mut self.t[range.clone()],
@@ -322,7 +328,8 @@ impl ShadowRays {
             &mut self.end[range.clone()],
             &self.min_step[range],
         );
-        step_rays(frame.epsilon, frame.inv_lipschitz, far, d, rays)
+        let due = due_after(frame, steps);
+        step_rays([frame.epsilon, frame.inv_lipschitz, far, due], d, rays)
     }
 
     /// Closes the gaps that rays leave, and writes what they saw.
@@ -399,12 +406,16 @@ fn start_rays(
     }
 }
 
+/// Returns how far a ray to the sun has to be after a number of steps. One that still marches after all of them would count as lit.
+fn due_after(frame: &FrameUniform, steps: u32) -> f32 {
+    let share = steps as f32 / SHADOW_STEPS as f32;
+    share * share * share * (2.0 * frame.radius)
+}
+
 /// Advances rays: their ways, their shares, their ends, and their shortest steps. Returns how many have ended.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl", "x86_64+avx2"))]
 fn step_rays(
-    epsilon: f32,
-    scale: f32,
-    far: f32,
+    [epsilon, scale, far, due]: [f32; 4],
     d: &[f32],
     (t, share, end, min_step): (&mut [f32], &mut [f32], &mut [f32], &[f32]),
 ) -> usize {
@@ -427,6 +438,7 @@ fn step_rays(
         share[i] = least;
         let way = d[i] * scale;
         let next = t[i] + if way > min_step[i] { way } else { min_step[i] };
+        let next = if next > due { next } else { due };
         let is_dark = own <= DARK;
         t[i] = next;
         end[i] = if is_dark && goes { -1.0 } else { end[i] };
