@@ -67,10 +67,8 @@ fn change_along(at: CellLocations, axis: u32) -> f32 {
     return (b.x - a.x) / (b.y - a.y);
 }
 
-// Returns the normal at a point of the surface: differences over the voxel or, if smooth, over a voxel's width
-// around the point.
-fn brick_normal(p: vec3<f32>, side: f32) -> vec3<f32> {
-    let at = locate(in_voxels(p));
+// Returns the normal at a location on the surface: differences over the voxel or, if smooth, over a voxel's width around it.
+fn brick_normal(at: CellLocations, side: f32) -> vec3<f32> {
     let in_brick = is_brick(at.word);
     let held = CellLocations(at.cell, at.inner, select(0u, at.word, in_brick));
     let n = vec3(change_along(held, 0u), change_along(held, 1u), change_along(held, 2u));

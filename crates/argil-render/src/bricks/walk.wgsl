@@ -7,6 +7,9 @@ struct BrickWalk {
     steps: u32,
     lookups: u32,
     last_index: u32,
+    // The last cell, and its word.
+    place: vec3<i32>,
+    word: u32,
 }
 
 // Marches a ray between two lengths. `side` is -1 where it begins in the solid, and else 1.
@@ -26,13 +29,16 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
     var steps = 0u;
     var samples = 0u;
     var last_index = 0xffffffffu;
+    // The cell of the last step, and what was loaded for it.
+    var last_place = vec3<i32>(-0x7fffffff);
+    var slot = 0u;
+    var word = 0u;
     var exists = true;
     // Alternate between marching to the surface and solving there: on some devices, code in a branch costs time in
     // every step.
     while exists {
         var near = false;
         var inner = vec3(0.0);
-        var word = 0u;
         var g = 0.0;
         // From cell to cell.
         loop {
@@ -43,15 +49,21 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
             let u = u_begin + u_direction * motion.t;
             let cell = clamp(floor(u), low, last);
             let place = vec3<i32>(cell);
-            let index = word_index(place);
-            word = word_at(index);
-            steps += u32(index != last_index);
-            last_index = index;
+            if any(place != last_place) {
+                if any(((place ^ last_place) >> vec3(2u)) != vec3(0)) {
+                    slot = slot_of(place >> vec3(2u));
+                }
+                let index = index_in(slot, place);
+                word = word_at(index);
+                steps += u32(index != last_index);
+                last_index = index;
+                last_place = place;
+            }
             let in_brick = is_brick(word);
             // The end of the cell, or of an empty block or larger empty cube. Slots without a block are those of empty cubes.
-            let is_cube = HAS_LEVELS && index < FAR_SLOTS * 64u;
+            let is_cube = HAS_LEVELS && slot < FAR_SLOTS;
             let block = select(1u, BLOCK_SIDE, !in_brick && is_block_empty(word));
-            let edge = i32(select(block, far_cells(select(0u, index / 64u, is_cube)), is_cube));
+            let edge = i32(select(block, far_cells(select(0u, slot, is_cube)), is_cube));
             let ahead = (place & vec3(-edge)) + select(vec3(0), vec3(edge), inv_direction > vec3(0.0));
             let exits = (vec3<f32>(ahead) - u) * inv_direction;
             let leave = min(exits.x, min(exits.y, exits.z));
@@ -108,7 +120,7 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
             exists = false;
         }
     }
-    return BrickWalk(motion.t, kind, steps, steps - samples, last_index);
+    return BrickWalk(motion.t, kind, steps, steps - samples, last_index, last_place, word);
 }
 
 // Returns the normal where a ray hit.
@@ -117,7 +129,15 @@ fn walked_normal(ray: Ray, walk: BrickWalk) -> vec3<f32> {
     if walk.kind == HIT_OUTSIDE && any(clip != vec3(0.0)) {
         return clip;
     }
-    let normal = brick_normal(ray.origin + ray.direction * walk.t, select(1.0, -1.0, walk.kind == HIT_INSIDE));
+    let u = in_voxels(ray.origin + ray.direction * walk.t);
+    let cell = cell_of_voxels(u);
+    var word = walk.word;
+    // Rounded, the point may be in the next cell.
+    if any(vec3<i32>(cell) != walk.place) {
+        word = word_at(word_index(vec3<i32>(cell)));
+    }
+    let at = CellLocations(cell, inner_of(u, cell), word);
+    let normal = brick_normal(at, select(1.0, -1.0, walk.kind == HIT_INSIDE));
     // If all differences are equal, the normal faces the viewer.
     return select(normal, -ray.direction, all(normal == vec3(0.0)));
 }

@@ -46,8 +46,13 @@ fn slot_of(block: vec3<i32>) -> u32 {
 
 // GPU version of Bricks::word_index: the index of a cell's word.
 fn word_index(cell: vec3<i32>) -> u32 {
+    return index_in(slot_of(cell >> vec3(2u)), cell);
+}
+
+// The index of the word of a cell in the block of a slot.
+fn index_in(slot: u32, cell: vec3<i32>) -> u32 {
     let inner = vec3<u32>(cell & vec3(3));
-    return slot_of(cell >> vec3(2u)) * 64u + inner.x + 4u * inner.y + 16u * inner.z;
+    return slot * 64u + inner.x + 4u * inner.y + 16u * inner.z;
 }
 
 fn word_at(index: u32) -> u32 {
