@@ -7,7 +7,7 @@ mod lattice;
 mod paints;
 mod sampler;
 
-use crate::{LowerError, Program};
+use crate::{LowerError, Program, in_background};
 use argil_math::{Aabb, Control};
 use argil_scene::{Brush, HistoryBake, NodeId, SampledGrid, Scene, Shape, ValidationError};
 use lattice::Lattice;
@@ -65,8 +65,9 @@ pub enum BakeHistoryError {
 /// Textures that move with their brushes have the scene's frame afterwards, so that they may shift. An infinite solid is cut off at the
 /// view's bounds. Saving the scene writes the samples beside it, as `history-….grid`: those of earlier saves can be deleted.
 ///
-/// This takes about as long as a build of dense voxels. It needs no access to the scene meanwhile: a game passes a
-/// [snapshot](Scene::snapshot) to another thread, and folds the result in when it is done. Edits of later entries do not interfere.
+/// This takes about as long as a build of dense voxels, on [threads of its own](in_background). It needs no access to the scene
+/// meanwhile: a game passes a [snapshot](Scene::snapshot) to another thread, and folds the result in when it is done. Edits of
+/// later entries do not interfere.
 ///
 /// ```
 /// use argil_field::{Program, bake_history};
@@ -102,6 +103,15 @@ pub fn bake_history(
     for id in oldest.iter() {
         check(&oldest, id)?;
     }
+    in_background(|| sample(oldest, voxel_size, control))
+}
+
+/// Samples the solid of all entries of a scene, and their materials.
+fn sample(
+    oldest: Scene,
+    voxel_size: f32,
+    control: &Control,
+) -> Result<HistoryBake, BakeHistoryError> {
     let program = Program::lower(&oldest)?;
     let mut solid = program.aabb();
     let is_cut = !solid.is_empty() && !solid.is_finite();

@@ -1,6 +1,7 @@
 #![doc = include_str!("crate.md")]
 #![cfg_attr(doc, doc = include_str!("pictures/page.md"))]
 
+mod background;
 mod bake_history;
 mod bounded_group;
 mod bounds;
@@ -59,6 +60,7 @@ mod texture_patterns;
 mod textured_brush;
 mod textures;
 
+pub use background::in_background;
 pub use bake_history::{BakeHistoryError, bake_history};
 pub use bounds::ClearanceModel;
 pub use coinciding_copies::CoincidingCopies;

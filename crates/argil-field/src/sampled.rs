@@ -15,11 +15,106 @@ const _: () = assert!(
 #[inline(always)]
 pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) -> SimdBlock<R> {
     let layout = SampledLayout::of(w);
+    let mut at = [[R::constant(0.0); SIMD_BLOCK]; 3];
+    let mut beyond = 0.0;
+    for (axis, along) in [&*x, &*y, &*z].into_iter().enumerate() {
+        for i in 0..SIMD_BLOCK {
+            let whole = (along[i] - w[axis]) * w[3];
+            at[axis][i] = whole.clamp_to(0.0, w[4 + axis]);
+            beyond += (whole - at[axis][i]).value().abs();
+        }
+    }
+    // Most blocks are near the solid. The sum of a NaN is not 0.
+    if beyond == 0.0 {
+        return in_finest(at, w, &layout);
+    }
     let mut out = [R::constant(0.0); SIMD_BLOCK];
     for i in 0..SIMD_BLOCK {
         out[i] = sampled([x[i], y[i], z[i]], w, &layout);
     }
     out
+}
+
+/// Interpolates between samples of the finest level, at positions in its cells. Gives the numbers of [`sampled`], in passes of which
+/// all but the loads are SIMD.
+#[inline(always)]
+fn in_finest<R: Real>(
+    mut at: [SimdBlock<R>; 3],
+    w: &[f32],
+    layout: &SampledLayout,
+) -> SimdBlock<R> {
+    let [nx, ny, nz] = layout.count;
+    let coarse = layout.table + nx * ny * nz;
+    let counts = [[w[4]; SIMD_BLOCK], [w[5]; SIMD_BLOCK], [w[6]; SIMD_BLOCK]];
+    let cells = block_places(&mut at, &counts);
+    let mut sides = [1.0; SIMD_BLOCK];
+    let (mut first, mut row, mut layer) = ([0; SIMD_BLOCK], [0; SIMD_BLOCK], [0; SIMD_BLOCK]);
+    for n in 0..SIMD_BLOCK {
+        let (i, j, k) = (cells[0][n], cells[1][n], cells[2][n]);
+        let (i, j, k) = (i as usize, j as usize, k as usize);
+        let own = w[layout.table + (k * ny + j) * nx + i] as usize;
+        let kind = own & 3;
+        if kind == 0 {
+            (row[n], layer[n]) = (nx + 1, (nx + 1) * (ny + 1));
+            first[n] = coarse + k * layer[n] + j * row[n] + i;
+        } else {
+            let side = 1 << kind;
+            sides[n] = side as f32;
+            (row[n], layer[n]) = (side + 1, (side + 1) * (side + 1));
+            first[n] = layout.samples[kind] + (own >> 2) * layer[n] * row[n];
+        }
+    }
+    // Cells without samples between their corners are one such cell, whose place is 0.
+    for along in &mut at {
+        for n in 0..SIMD_BLOCK {
+            along[n] = along[n] * sides[n];
+        }
+    }
+    let inner = block_places(&mut at, &[sides; 3]);
+    let mut corners = [[0.0; SIMD_BLOCK]; 8];
+    for n in 0..SIMD_BLOCK {
+        let (i, j, k) = (inner[0][n], inner[1][n], inner[2][n]);
+        let (i, j, k) = (i as usize, j as usize, k as usize);
+        let begin = first[n] + k * layer[n] + j * row[n] + i;
+        // One check of the length, instead of eight.
+        let v = &w[begin..begin + layer[n] + row[n] + 2];
+        let (near, far) = v.split_at(layer[n]);
+        let (a, b) = near.split_at(row[n]);
+        let (c, d) = far.split_at(row[n]);
+        (corners[0][n], corners[1][n]) = (a[0], a[1]);
+        (corners[2][n], corners[3][n]) = (b[0], b[1]);
+        (corners[4][n], corners[5][n]) = (c[0], c[1]);
+        (corners[6][n], corners[7][n]) = (d[0], d[1]);
+    }
+    let mut out = [R::constant(0.0); SIMD_BLOCK];
+    for n in 0..SIMD_BLOCK {
+        let [x, y, z] = [at[0][n], at[1][n], at[2][n]];
+        let a = x * (corners[1][n] - corners[0][n]) + corners[0][n];
+        let b = x * (corners[3][n] - corners[2][n]) + corners[2][n];
+        let c = x * (corners[5][n] - corners[4][n]) + corners[4][n];
+        let d = x * (corners[7][n] - corners[6][n]) + corners[6][n];
+        let near = y * (b - a) + a;
+        let far = y * (d - c) + c;
+        out[n] = z * (far - near) + near;
+    }
+    out
+}
+
+/// Splits places of a block as [`places`] does. The whole numbers stay `f32`, to be converted one by one.
+#[inline(always)]
+fn block_places<R: Real>(
+    at: &mut [SimdBlock<R>; 3],
+    count: &[[f32; SIMD_BLOCK]; 3],
+) -> [[f32; SIMD_BLOCK]; 3] {
+    let mut whole = [[0.0; SIMD_BLOCK]; 3];
+    for axis in 0..3 {
+        for n in 0..SIMD_BLOCK {
+            let least = Real::min(at[axis][n].value().floor(), count[axis][n] - 1.0);
+            whole[axis][n] = least;
+            at[axis][n] = at[axis][n] - least;
+        }
+    }
+    whole
 }
 
 /// Where the parts of a grid's words are.

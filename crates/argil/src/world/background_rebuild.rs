@@ -7,6 +7,7 @@ use crate::framing::Framing;
 use crate::light::Light;
 use crate::scene_state::{SceneState, state_of};
 use crate::{BuildError, EditReport, Engine, RebuildReason, Representation};
+use argil_field::in_background;
 use argil_math::{Aabb, Control};
 use argil_scene::{MarginRequest, Scene};
 use argil_volume::VoxelGrid;
@@ -100,7 +101,7 @@ impl BackgroundRebuild {
             Ok(made)
         };
         let thread = std::thread::Builder::new().name("argil rebuild".into());
-        let thread = thread.spawn(move || wait(work())).ok();
+        let thread = thread.spawn(move || in_background(|| wait(work()))).ok();
         thread.map(|thread| Self {
             thread: Some(thread),
             control,

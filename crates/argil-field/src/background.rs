@@ -1,0 +1,24 @@
+//! Threads for long work beside a program that draws and edits.
+
+use rayon::ThreadPoolBuilder;
+
+/// Runs long work on threads of its own, half as many as rayon has, and waits for it. On rayon's global threads, what a frame
+/// or an edit asks for would wait until the whole work is done.
+///
+/// The work's uses of rayon stay on these threads. Where no threads can be started, as in a browser, it runs on the current ones.
+///
+/// ```
+/// use rayon::prelude::*;
+/// let sum = argil_field::in_background(|| (0..100u64).into_par_iter().sum::<u64>());
+/// assert_eq!(sum, 4950);
+/// ```
+pub fn in_background<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let threads = ThreadPoolBuilder::new()
+        .num_threads((rayon::current_num_threads() / 2).max(1))
+        .thread_name(|number| format!("argil background {number}"))
+        .build();
+    match threads {
+        Ok(threads) => threads.install(work),
+        Err(_) => work(),
+    }
+}
