@@ -417,9 +417,11 @@ impl BlockEditor<'_> {
             Some(was) if changed.count_ones() <= MAX_OCTANTS => {
                 texels.extend_from_slice(was.samples);
                 let out = &mut texels[begin..];
+                let is_near = |least: f32| !near.bounds.is_clear(least, reach);
                 // What is near enough in a part is near enough in the whole.
-                let mut again = || filler.octants(list, cell, changed, out);
-                changed == 0 || !near.bounds.is_clear(again(), reach)
+                changed == 0
+                    || is_near(filler.octants(list, cell, changed, out))
+                    || is_near(filler.nearest_stored(out))
             }
             _ => false,
         };

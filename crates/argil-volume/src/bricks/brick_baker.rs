@@ -289,6 +289,11 @@ impl<'a> BrickBaker<'a> {
                 }
             }
         }
+        self.nearest_stored(brick)
+    }
+
+    /// Returns an upper bound of the distance of a brick's samples that is nearest to the surface.
+    pub(super) fn nearest_stored<T: Texel>(&self, brick: &[T]) -> f32 {
         let least = brick.iter().map(|texel| texel.code().abs());
         let least = least.fold(f32::INFINITY, f32::min);
         if least < self.fill.max_code as f32 {
