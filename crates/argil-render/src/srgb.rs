@@ -81,19 +81,22 @@ fn show(table: &SrgbTable, [first_x, y]: [u32; 2], colors: &[[f32; 4]], rgb: &mu
     let row = 0.005_837_15 * y as f32;
     let parts = rgb.chunks_mut(3 * LANES).zip(colors.chunks(LANES));
     for (x, (rgb, colors)) in (first_x..).step_by(LANES).zip(parts) {
-        let mut bytes = [0; 4 * LANES];
-        let mut thresholds = [0.0; 4 * LANES];
+        let mut thresholds = [0.0; LANES];
         for (nth, threshold) in thresholds.iter_mut().enumerate() {
-            let along = 0.067_110_56 * (x + nth as u32 / 4) as f32 + row;
+            let along = 0.067_110_56 * (x + nth as u32) as f32 + row;
             let own = 52.982_918 * (along - along.floor());
             *threshold = own - own.floor();
         }
-        let lanes = bytes.iter_mut().zip(thresholds);
-        for ((byte, threshold), &c) in lanes.zip(colors.as_flattened()) {
-            *byte = table.byte(c, threshold);
+        let mut bytes = [[0; LANES]; 3];
+        for (channel, bytes) in bytes.iter_mut().enumerate() {
+            let lanes = bytes.iter_mut().zip(thresholds);
+            for ((byte, threshold), color) in lanes.zip(colors) {
+                *byte = table.byte(color[channel], threshold);
+            }
         }
+        let [r, g, b] = &bytes;
         let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
-        for (rgb, [r, g, b, _]) in pixels.zip(bytes.as_chunks::<4>().0) {
+        for (rgb, ((r, g), b)) in pixels.zip(r.iter().zip(g).zip(b)) {
             *rgb = [*r as u8, *g as u8, *b as u8];
         }
     }
