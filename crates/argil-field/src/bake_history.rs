@@ -65,9 +65,9 @@ pub enum BakeHistoryError {
 /// Textures that move with their brushes have the scene's frame afterwards, so that they may shift. An infinite solid is cut off at the
 /// view's bounds. Saving the scene writes the samples beside it, as `history-….grid`: those of earlier saves can be deleted.
 ///
-/// This takes about as long as a build of dense voxels, on [threads of its own](in_background). It needs no access to the scene
-/// meanwhile: a game passes a [snapshot](Scene::snapshot) to another thread, and folds the result in when it is done. Edits of
-/// later entries do not interfere.
+/// This takes about twice as long as a build of dense voxels, because it leaves half of the threads to the game: it has
+/// [threads of its own](in_background). It needs no access to the scene meanwhile: a game passes a [snapshot](Scene::snapshot) to
+/// another thread, and folds the result in when it is done. Edits of later entries do not interfere.
 ///
 /// ```
 /// use argil_field::{Program, bake_history};

@@ -7,6 +7,9 @@ use argil_scene::{Brush, Scene, Shape};
 /// Points that are evaluated at once.
 const BLOCK: usize = 16;
 
+/// The edge of a voxel.
+const VOXEL: f32 = 0.03125;
+
 /// Returns a number from -1 to 1 that looks random.
 fn random(n: u32) -> f32 {
     let hash = n.wrapping_mul(0x9e37_79b9);
@@ -22,44 +25,51 @@ fn sampled_program() -> Program {
         let ball = Brush::new(Shape::sphere(0.2)).smooth(0.05);
         scene.push(ball.at(place).subtract()).expect("a ball");
     }
-    let bake = bake_history(&scene, 13, 0.03, &Control::default()).expect("a bake");
+    let bake = bake_history(&scene, 13, VOXEL, &Control::default()).expect("a bake");
     scene.fold_history(&bake).expect("a fold");
     Program::lower(&scene).expect("a program")
+}
+
+/// Returns the bits of the distance and of the gradient at each point of a block.
+fn of_block(evaluator: &mut Evaluator<'_>, [x, y, z]: &[[f32; BLOCK]; 3]) -> [[u32; 4]; BLOCK] {
+    let (mut d, mut same, mut slopes) = ([0.0; BLOCK], [0.0; BLOCK], [[0.0; BLOCK]; 3]);
+    evaluator.distances(x, y, z, &mut d);
+    let [dx, dy, dz] = &mut slopes;
+    evaluator.gradients(x, y, z, &mut same, [dx, dy, dz]);
+    assert_eq!(d.map(f32::to_bits), same.map(f32::to_bits));
+    std::array::from_fn(|n| [d[n], slopes[0][n], slopes[1][n], slopes[2][n]].map(f32::to_bits))
 }
 
 #[test]
 fn blocks_have_the_distances_of_their_points() {
     let program = sampled_program();
     let mut evaluator = Evaluator::new(&program);
-    let (mut far, mut near) = ([[0.0; BLOCK]; 3], 0);
+    let mut near = 0;
     for block in 0..400 {
-        // Small and large blocks, of which the latter reach beyond the finest level.
+        // Small and large blocks, of which the latter reach beyond the finest level, and such between samples.
         let size = [0.05, 0.3, 1.0, 6.0][block as usize % 4];
+        let step = if block % 3 == 0 { VOXEL } else { 1e-6 };
         let points: [[f32; BLOCK]; 3] = std::array::from_fn(|axis| {
             let seed = 100 * block + axis as u32;
             let center = 0.8 * random(7919 * seed);
-            std::array::from_fn(|n| center + size * random(seed * 31 + 3 * n as u32))
+            let place = |n: usize| center + size * random(seed * 31 + 3 * n as u32);
+            std::array::from_fn(|n| (place(n) / step).round() * step)
         });
-        let (mut d, mut slopes) = ([0.0; BLOCK], [[0.0; BLOCK]; 3]);
-        let [x, y, z] = &points;
-        evaluator.distances(x, y, z, &mut d);
-        let [dx, dy, dz] = &mut slopes;
-        let mut same = [0.0; BLOCK];
-        evaluator.gradients(x, y, z, &mut same, [dx, dy, dz]);
-        assert_eq!(d, same);
+        let together = of_block(&mut evaluator, &points);
         for n in 0..BLOCK {
-            // A block with a point far away goes point by point.
-            for axis in 0..3 {
-                far[axis] = [50.0; BLOCK];
-                far[axis][0] = points[axis][n];
+            for far in [50.0, f32::NAN] {
+                // A block with a point elsewhere goes point by point.
+                let alone = of_block(
+                    &mut evaluator,
+                    &points.map(|along| {
+                        let mut others = [far; BLOCK];
+                        others[0] = along[n];
+                        others
+                    }),
+                );
+                assert_eq!(alone[0], together[n], "{block}, {n}");
             }
-            let (mut alone, mut slope) = ([0.0; BLOCK], [[0.0; BLOCK]; 3]);
-            let [x, y, z] = &far;
-            let [dx, dy, dz] = &mut slope;
-            evaluator.gradients(x, y, z, &mut alone, [dx, dy, dz]);
-            assert_eq!(alone[0].to_bits(), d[n].to_bits(), "{block}, {n}");
-            assert_eq!(slope.map(|c| c[0]), slopes.map(|c| c[n]), "{block}, {n}");
-            near += usize::from(d[n].abs() < 0.05);
+            near += usize::from(f32::from_bits(together[n][0]).abs() < 0.05);
         }
     }
     assert!(near > 500, "{near} points near the surface");

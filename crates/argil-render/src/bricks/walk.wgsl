@@ -28,10 +28,9 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
     var kind = HIT_NONE;
     var steps = 0u;
     var samples = 0u;
-    var last_index = 0xffffffffu;
-    // The cell of the last step, and what was loaded for it.
+    // The cell of the last step, and what was loaded for it. No table has as many slots as it begins with.
     var last_place = vec3<i32>(-0x7fffffff);
-    var slot = 0u;
+    var slot = 0x3ffffffu;
     var word = 0u;
     var exists = true;
     // Alternate between marching to the surface and solving there: on some devices, code in a branch costs time in
@@ -50,13 +49,14 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
             let cell = clamp(floor(u), low, last);
             let place = vec3<i32>(cell);
             if any(place != last_place) {
+                // Computed again, it takes no register in other steps.
+                let last_index = index_in(slot, last_place);
                 if any(((place ^ last_place) >> vec3(2u)) != vec3(0)) {
                     slot = slot_of(place >> vec3(2u));
                 }
                 let index = index_in(slot, place);
                 word = word_at(index);
                 steps += u32(index != last_index);
-                last_index = index;
                 last_place = place;
             }
             let in_brick = is_brick(word);
@@ -120,7 +120,7 @@ fn walk_bricks(ray: Ray, begin: f32, end_of_ray: f32, side: f32) -> BrickWalk {
             exists = false;
         }
     }
-    return BrickWalk(motion.t, kind, steps, steps - samples, last_index, last_place, word);
+    return BrickWalk(motion.t, kind, steps, steps - samples, index_in(slot, last_place), last_place, word);
 }
 
 // Returns the normal where a ray hit.

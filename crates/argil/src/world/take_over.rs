@@ -155,6 +155,7 @@ impl World {
         self.scene = scene;
         self.light = light;
         self.build_timings = built.timings;
+        // On half of the threads: rather too long than too short.
         self.rebuild_ms = built.duration_ms;
         self.observers.notify(&[Aabb::ALL]);
         Ok(built.reason)
