@@ -52,8 +52,8 @@ pub(crate) fn dominated(
     let clear = margin + j.k;
     match mode {
         abi::COMBINE_MORPH | abi::COMBINE_RAMPED => (false, false),
-        // Paint applies where b is inside, or within its blend radius.
-        abi::COMBINE_PAINT => (false, b > clear),
+        // Paint applies where b is inside, or within its blend radius. Only b changes.
+        abi::COMBINE_PAINT => (false, b > 0.5 * margin + j.k),
         abi::COMBINE_CHAMFER if j.k > 0.0 => {
             // The face must be clear of the winner too, and it is steeper by √2.
             let face = (a + b - j.k) * std::f32::consts::FRAC_1_SQRT_2;

@@ -49,7 +49,7 @@ fn dominated(a0: f32, b0: f32, j: Joint, flags: u32, is_group: bool) -> u32 {
     var drops_b = b - a > clear;
     if mode == COMBINE_PAINT {
         drops_a = false;
-        drops_b = b > clear;
+        drops_b = b > 0.5 * joint_margin + j.k;
     } else if mode == COMBINE_CHAMFER && j.k > 0.0 {
         let face = (a + b - j.k) * 0.70710677;
         let steeper = 1.25 * joint_margin;
