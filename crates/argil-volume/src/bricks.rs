@@ -55,6 +55,7 @@ mod sampler;
 mod store;
 mod table;
 mod tables;
+mod unchanged;
 mod volume_kind;
 mod voxel_samples;
 

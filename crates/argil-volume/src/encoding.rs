@@ -130,7 +130,7 @@ impl Encoding {
 }
 
 /// A stored distance. `encode` in `fill.wgsl` is the twin.
-pub trait Texel: bytemuck::Pod + PartialEq + Send + Sync + Default {
+pub trait Texel: bytemuck::Pod + Ord + Send + Sync + Default {
     /// Converts a code to a sample.
     fn from_code(integer: i32) -> Self;
     /// Converts a sample to its code.

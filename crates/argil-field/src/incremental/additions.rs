@@ -94,18 +94,44 @@ impl Additions<'_> {
 
     /// Whether a brush can matter within `radius` of a point where the scene's distance without the brushes is from
     /// `least` to `most`. [`Pruner`](crate::Pruner) drops the others.
-    pub fn can_matter(&self, point: Vec3, radius: f32, [least, most]: [f32; 2]) -> bool {
+    pub fn can_matter(&self, point: Vec3, radius: f32, scene: [f32; 2]) -> bool {
         let region = Aabb::new(point, point).grown(radius);
         let change = self.program.lipschitz() * radius * 1.000_01;
         let margin = 2.0 * (change + self.program.rounding(region));
+        self.can_reach(Aabb::new(point, point), scene, margin)
+    }
+
+    /// Whether a brush can matter anywhere in a box, where the scene's distance without the brushes is from `least` to `most`.
+    pub fn can_matter_in(&self, region: Aabb, scene: [f32; 2]) -> bool {
+        self.can_reach(region, scene, 2.0 * self.program.rounding(region))
+    }
+
+    /// Whether no surface comes to a box without one, where the scene is solid or not, and whether distances there stay as they were or
+    /// are at least `least`. Digging in the air brings none, and neither does a brush that is far enough away.
+    pub fn keep_clear(&self, region: Aabb, is_solid: bool, least: f32) -> bool {
+        let least = least + 2.0 * self.program.rounding(region);
+        self.brushes.iter().all(|(extent, joint, _)| {
+            let is_union = joint.sa > 0.0;
+            // Where neither wins by a blend's width, both are farther than the brush less that width, and a blend takes a quarter.
+            is_union == is_solid || distance_from(region, extent) > least + 1.25 * joint.k
+        })
+    }
+
+    /// Whether a brush loses nowhere in a box by more than a margin.
+    fn can_reach(&self, region: Aabb, [least, most]: [f32; 2], margin: f32) -> bool {
         self.brushes.iter().any(|(extent, joint, _)| {
-            let held = extent.aabb;
-            let gap = (held.min - point).max(point - held.max).max(Vec3::ZERO);
-            let own = gap.length() / (1.000_1 * extent.lipschitz_inverse);
+            let own = distance_from(region, extent);
             let scene = if joint.sa > 0.0 { most } else { -least };
             // NaN, from an infinite solid, does not count as less.
             let loses = own > 0.0 && own - scene > margin + joint.k;
             !loses
         })
     }
+}
+
+/// Returns a lower bound of a brush's distance anywhere in a box. It is NaN for an infinite solid.
+fn distance_from(region: Aabb, extent: &Extent) -> f32 {
+    let held = extent.aabb;
+    let gap = (held.min - region.max).max(region.min - held.max);
+    gap.max(Vec3::ZERO).length() / (1.000_1 * extent.lipschitz_inverse)
 }

@@ -60,17 +60,26 @@ impl ReachedBlock {
     }
 }
 
+/// Returns appended brushes, the first one first, if they alone determine how bricks change.
+pub(super) fn hard_brushes(added: &Additions<'_>) -> Vec<HardBrush> {
+    let mut hard = added.hard_brushes().unwrap_or_default();
+    // Of many brushes, most are not in a cell.
+    if hard.len() > FEW_BRUSHES {
+        hard.clear();
+    }
+    hard.reverse();
+    hard
+}
+
 impl Bricks {
-    /// Returns the blocks of batches in which something can have changed, if the touched instructions are known and
-    /// only brushes were appended. Also returns those brushes, if they alone determine how bricks change.
+    /// Returns the blocks of batches in which appended brushes can have changed something.
     pub(super) fn reached<T: Texel>(
         &self,
-        live: &IncrementalProgram,
+        added: &Additions<'_>,
         work: &EditQueue,
         units: &[EditBatch],
         (bounds, fill): (&CellBounds<'_>, &FillUniform),
-    ) -> Option<(Vec<ReachedBlock>, Vec<HardBrush>)> {
-        let added = work.touched(live).and_then(|_| live.added())?;
+    ) -> Vec<ReachedBlock> {
         let all: Vec<(IVec3, IVec3)> = units
             .iter()
             .flat_map(|unit| unit.blocks.iter().map(|&first| (unit.part, first)))
@@ -79,7 +88,7 @@ impl Bricks {
             let (cells, reach) = if work.is_loosened(&self.layout, first) {
                 (u64::MAX, f32::INFINITY)
             } else {
-                self.reached_in::<T>(&added, first, bounds, fill)
+                self.reached_in::<T>(added, first, bounds, fill)
             };
             ReachedBlock {
                 part,
@@ -88,14 +97,14 @@ impl Bricks {
                 reach,
             }
         });
-        let reached = reached.filter(|block| block.cells != 0).collect();
-        let mut hard = added.hard_brushes().unwrap_or_default();
-        // Of many brushes, most are not in a cell.
-        if hard.len() > FEW_BRUSHES {
-            hard.clear();
-        }
-        hard.reverse();
-        Some((reached, hard))
+        reached.filter(|block| block.cells != 0).collect()
+    }
+
+    /// Returns the samples of a brick.
+    pub(super) fn samples_of<T: Texel>(&self, brick: u32) -> &[T] {
+        let samples = self.layout.brick_samples() as usize;
+        let pool = self.store.pool.of::<T>().expect(OF_THIS_TYPE);
+        &pool[brick as usize * samples..][..samples]
     }
 
     fn reached_in<T: Texel>(
@@ -109,8 +118,6 @@ impl Bricks {
         let bounds = bounds.of_block(layout, first);
         let slot = self.table.slot(first / BLOCK_SIDE as i32) as usize;
         let words = &self.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
-        let pool = self.store.pool.of::<T>().expect(OF_THIS_TYPE);
-        let samples = layout.brick_samples() as usize;
         let side = layout.brick_size_voxels as usize + 1;
         let middle = (side / 2) * (1 + side + side * side);
         let scale = fill.spacing_scale[3];
@@ -118,7 +125,7 @@ impl Bricks {
         let (mut cells, mut greatest) = (0, 0.0f32);
         for (i, &word) in words.iter().enumerate() {
             let (side, lengths) = if is_brick(word) {
-                let stored = pool[word as usize * samples + middle].code();
+                let stored = self.samples_of::<T>(word)[middle].code();
                 let least = (stored.abs() - 1.0).max(0.0) / scale;
                 // Distances beyond the band are stored as its end.
                 let most = if stored.abs() < fill.max_code as f32 {

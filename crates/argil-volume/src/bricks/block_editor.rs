@@ -6,13 +6,11 @@ use super::brick_baker::{BrickBaker, only_material};
 use super::candidates::{CandidateBlock, Wanted, near_block};
 use super::cell::{center_of, empty_word, is_brick};
 use super::edit_queue::EditQueue;
-use super::octants::{self, OCTANTS};
 use super::sample_offsets::SampleOffsets;
 use super::{BLOCK_SIDE, BrickLayout, Bricks, inner_cell};
 use crate::Texel;
-use crate::texels::OF_THIS_TYPE;
 use argil_abi::{FillUniform, Instruction};
-use argil_field::{CELLS_PER_BATCH, ChangeSet, HardBrush, IncrementalProgram, Pruner};
+use argil_field::{Additions, CELLS_PER_BATCH, ChangeSet, HardBrush, IncrementalProgram, Pruner};
 use glam::{IVec3, Vec3};
 use std::ops::Range;
 use web_time::{Duration, Instant};
@@ -20,8 +18,6 @@ use web_time::{Duration, Instant};
 /// If more octants than this changed, the whole brick is sampled, because an octant has more than an eighth of a
 /// brick's samples.
 const MAX_OCTANTS: u32 = 5;
-/// From this many instructions in a block's program on, octants are tested with the programs of their cells.
-const LONG_LIST: usize = 64;
 /// A block's new words and bricks.
 pub(super) struct BakedBlock<T> {
     /// The block's first cell.
@@ -70,6 +66,8 @@ pub(super) struct BlockEditor<'a> {
     pub places: SampleOffsets,
     /// What can have changed, if it is known.
     pub touched: Option<&'a ChangeSet>,
+    /// The appended brushes, if nothing else was touched.
+    pub added: Option<Additions<'a>>,
     /// Appended brushes that alone determine how existing bricks changed. Empty if more must be known.
     pub hard: Vec<HardBrush>,
     pub work: &'a EditQueue,
@@ -176,62 +174,6 @@ impl BlockEditor<'_> {
         pruner.affected_cells(before, |instr| touched.contains(instr))
     }
 
-    /// Returns the octants that edits can have changed, for some cells of a block that have a brick and are near
-    /// the surface. Other cells return all octants.
-    fn octants(
-        &self,
-        first: IVec3,
-        lists: &BlockProgram,
-        some: u64,
-        (found, old): (&CandidateBlock, &[u32]),
-        pruner: &mut Pruner<'_>,
-    ) -> [u8; CELLS_PER_BATCH] {
-        let mut octants = [u8::MAX; CELLS_PER_BATCH];
-        let (Some(before), Some(touched)) = (&lists.previous, self.touched) else {
-            return octants;
-        };
-        let has_brick = |i: u8| some >> i & 1 != 0 && is_brick(old[usize::from(i)]);
-        let near: Vec<&(u8, Range<usize>)> =
-            found.cells.iter().filter(|(i, _)| has_brick(*i)).collect();
-        let in_block = touched.count_in(&lists.current);
-        let had_any = touched.intersects(before);
-        for near in near.chunks(octants::CELLS_AT_ONCE) {
-            let cells: Vec<IVec3> = near
-                .iter()
-                .map(|(i, _)| first + inner_cell(usize::from(*i)))
-                .collect();
-            let mut changed = |list: &[Instruction], cells: &[IVec3]| {
-                octants::changed(&self.layout, pruner, touched, list, cells)
-            };
-            let mut bits = if had_any { changed(before, &cells) } else { 0 };
-            if lists.current.len() > LONG_LIST {
-                for (nth, (_, range)) in near.iter().enumerate() {
-                    let own = &found.instructions[range.clone()];
-                    // An instruction that matters in the cell can be missing from its program, because another
-                    // covers it.
-                    let is_whole = touched.count_in(own) == in_block;
-                    let list = if is_whole { own } else { &lists.current[..] };
-                    bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
-                }
-            } else if in_block > 0 {
-                bits |= changed(&lists.current, &cells);
-            }
-            for (nth, (i, _)) in near.iter().enumerate() {
-                octants[usize::from(*i)] = (bits >> (nth * OCTANTS)) as u8;
-            }
-        }
-        octants
-    }
-
-    /// Whether a brick whose samples cannot have changed keeps its material. A program of one material gives it;
-    /// otherwise the stored materials tell.
-    fn has_same_material(&self, list: &[Instruction], look: u32) -> bool {
-        match only_material(list, self.live.program().materials()) {
-            Some(only) => only == look,
-            None => look & argil_abi::BRICK_MIXED != 0,
-        }
-    }
-
     /// Whether no time is left for work that takes a while.
     pub(super) fn is_late(&self, takes: Duration) -> bool {
         self.until
@@ -259,11 +201,9 @@ impl BlockEditor<'_> {
         let slot = bricks.table.slot(first / BLOCK_SIDE as i32) as usize;
         let old = &bricks.store.words[slot * CELLS_PER_BATCH..(slot + 1) * CELLS_PER_BATCH];
         let dirty = self.work.dirty_cells(&self.layout, self.live, first);
-        let octants = if self.hard.is_empty() {
-            self.octants(first, lists, changed & dirty, (&found, old), pruner)
-        } else {
-            [u8::MAX; CELLS_PER_BATCH]
-        };
+        let lists = (lists, bounds.lipschitz());
+        let octants =
+            self.octants::<T>(first, lists, changed & dirty, (&found, bricks, old), pruner);
         let slowest = &mut worker.slowest_block;
         *slowest = start.map_or(Duration::ZERO, |start| start.elapsed().max(*slowest));
         let edited = EditedCells {
@@ -318,7 +258,6 @@ impl BlockEditor<'_> {
             found,
         } = edited;
         let samples = self.layout.brick_samples() as usize;
-        let pool = bricks.store.pool.of::<T>().expect(OF_THIS_TYPE);
         let BlockWorker {
             filler,
             slowest_brick,
@@ -332,6 +271,7 @@ impl BlockEditor<'_> {
         made.texels.reserve_exact(near.count() * samples);
         let mut next = found.cells.iter().peekable();
         let mut has_sampled = false;
+        let added = self.added_in(made.first);
         for (i, &old) in old.iter().enumerate() {
             let list: Option<Range<usize>> = next
                 .next_if(|&&(inner, _)| usize::from(inner) == i)
@@ -343,6 +283,12 @@ impl BlockEditor<'_> {
             }
             let Some(list) = list else { continue };
             let list = &found.instructions[list];
+            let clear = (made.first + inner_cell(i), old);
+            if let Some(added) = added.filter(|_| !is_brick(old))
+                && self.stays_clear(added, bounds, clear)
+            {
+                continue;
+            }
             if octants[i] == 0 && self.has_same_material(list, bricks.store.materials[old as usize])
             {
                 made.words[i] = old;
@@ -356,7 +302,7 @@ impl BlockEditor<'_> {
             has_sampled = true;
             let start = self.until.map(|_| Instant::now());
             let was = is_brick(old).then(|| PreviousBlock {
-                samples: &pool[old as usize * samples..][..samples],
+                samples: bricks.samples_of(old),
                 look: bricks.store.materials[old as usize],
             });
             let cell = made.first + inner_cell(i);

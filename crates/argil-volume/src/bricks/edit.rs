@@ -7,7 +7,7 @@
 //! unchanged, bit for bit. With wide blends, that skips most of the boxes. Any number of edits go in one pass. The
 //! results are committed to the pool at the end, so nothing changes if they do not fit.
 
-use super::additions::ReachedBlock;
+use super::additions::{ReachedBlock, hard_brushes};
 use super::block_editor::{BakedBlock, BlockEditor};
 use super::block_program::{BlockProgram, emptied_around};
 use super::bounds::{CellBounds, SLOT_BYTES};
@@ -21,7 +21,7 @@ use super::table::FAR_SLOTS;
 use super::{BLOCK_SIDE, BrickLayout, Bricks, BricksError};
 use crate::{SampleFormat, Texel};
 use argil_abi::FillUniform;
-use argil_field::{CELLS_PER_BATCH, HardBrush, IncrementalProgram, PartGrid, Program};
+use argil_field::{Additions, CELLS_PER_BATCH, IncrementalProgram, PartGrid, Program};
 use glam::IVec3;
 use rayon::iter::Either;
 use rayon::prelude::*;
@@ -164,12 +164,15 @@ impl Bricks {
         let bounds = CellBounds::new(live.program(), &self.layout);
         let encoding = &self.layout.encoding;
         let fill = encoding.fill_uniform(live.program(), &self.layout.voxel_grid, 0);
-        let (jobs, hard) = self.jobs::<T>(live, work, units, (&bounds, &fill));
+        let touched = work.touched(live);
+        let added = touched.and_then(|_| live.added());
+        let jobs = self.jobs::<T>(live, work, units, (added.as_ref(), &bounds, &fill));
         let edit = BlockEditor {
             layout: self.layout,
             live,
-            touched: work.touched(live),
-            hard,
+            touched,
+            hard: added.as_ref().map(hard_brushes).unwrap_or_default(),
+            added,
             bounds,
             fill,
             places: SampleOffsets::new(&self.layout),
@@ -208,20 +211,20 @@ impl Bricks {
         Ok((self.commit(&made, live), late))
     }
 
-    /// Returns the blocks that batches rebuild, and the appended brushes that alone determine how existing bricks
-    /// changed.
+    /// Returns the blocks that batches rebuild.
     fn jobs<T: Texel>(
         &self,
         live: &IncrementalProgram,
         work: &EditQueue,
         units: Vec<EditBatch>,
-        (bounds, fill): (&CellBounds<'_>, &FillUniform),
-    ) -> (Vec<EditJob>, Vec<HardBrush>) {
-        let Some((reached, hard)) = self.reached::<T>(live, work, &units, (bounds, fill)) else {
+        (added, bounds, fill): (Option<&Additions<'_>>, &CellBounds<'_>, &FillUniform),
+    ) -> Vec<EditJob> {
+        let Some(added) = added else {
             let lists = work.lists(&self.layout, live, units).into_iter();
             let all = lists.map(|list| EditJob::Listed(work.remaining_cells(list.first), list));
-            return (all.collect(), Vec::new());
+            return all.collect();
         };
+        let reached = self.reached::<T>(added, work, &units, (bounds, fill));
         // Boxes are less precise than pruning: with few brushes, a pruned program is shorter.
         let are_many = live.instruction_count() > MANY;
         let is_near = |block: &ReachedBlock| are_many && block.is_near(&self.layout);
@@ -234,7 +237,7 @@ impl Bricks {
             .collect();
         let listed = |list: BlockProgram| EditJob::Listed(cells[&list.first], list);
         jobs.extend(lists.into_iter().map(listed));
-        (jobs, hard)
+        jobs
     }
 
     /// Commits rebuilt blocks to the pool.
