@@ -6,7 +6,7 @@ use argil::{Backend, BakeHistoryError, BricksOptions, EditBudget, Engine, bake_h
 use argil_abi::GpuMaterial;
 use argil_conformance::RandomTables;
 use argil_field::{Evaluator, Program};
-use glam::{IVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
@@ -224,6 +224,50 @@ fn worlds_follow_a_fold() -> Outcome {
         scene.push(step(&mut random, 61))?;
         world.apply(&scene)?;
         assert_eq!(world.diff_from_rebuild()?, Some(0));
+    }
+    Ok(())
+}
+
+/// Samples where the world has its own are the world's to the bit, and edits among them those of a bake.
+#[test]
+fn edits_among_samples_are_those_of_a_bake() -> Outcome {
+    for brick_size_voxels in [8, 4, 16] {
+        let mut scene = arena()?;
+        let mut via = BricksOptions::from(56);
+        via.settings.brick_size_voxels = brick_size_voxels;
+        let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
+        let mut random = RandomTables::new(17);
+        for nth in 0..150 {
+            scene.push(step(&mut random, nth))?;
+            if nth % 50 == 30 {
+                world.apply(&scene)?;
+                let lattice = world.sample_lattice().ok_or("samples")?;
+                let bake = bake_history(&scene, 30, lattice, &Control::default())?;
+                let before = Program::lower(&scene)?;
+                scene.fold_history(&bake)?;
+                let after = Program::lower(&scene)?;
+                let [mut before, mut after] = [Evaluator::new(&before), Evaluator::new(&after)];
+                let mut near = 0;
+                for nth in 0..20_000u32 {
+                    let place = UVec3::new(nth * 31 % 56, nth * 17 % 56, nth * 7 % 56);
+                    let p = lattice.origin + lattice.voxel_size * place.as_vec3();
+                    let [(d, _), (sampled, _)] = [at(&mut before, p), at(&mut after, p)];
+                    if d.abs() < lattice.voxel_size {
+                        assert!((d - sampled).abs() < 1e-6, "{p}: {sampled}, not {d}");
+                        near += 1;
+                    }
+                }
+                assert!(near > 100, "{near} places");
+            }
+            world.apply(&scene)?;
+            if nth % 10 == 9 {
+                assert_eq!(
+                    world.diff_from_rebuild()?,
+                    Some(0),
+                    "{brick_size_voxels}, {nth}"
+                );
+            }
+        }
     }
     Ok(())
 }

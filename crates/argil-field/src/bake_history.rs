@@ -1,7 +1,7 @@
 //! Samples the solid of a scene's oldest entries.
 //!
-//! *Practice.* Samples are a voxel apart, at multiples of it in the scene, so that baking again what was baked keeps them. Materials
-//! are paint: see [`paints`].
+//! *Practice.* Samples are a voxel apart, at the places of one lattice, so that baking again what was baked keeps them. Materials are
+//! paint: see [`paints`].
 
 mod lattice;
 mod paints;
@@ -11,6 +11,7 @@ use crate::{LowerError, Program, in_background};
 use argil_math::{Aabb, Control};
 use argil_scene::{Brush, HistoryBake, NodeId, SampledGrid, Scene, Shape, ValidationError};
 use lattice::Lattice;
+pub use lattice::SampleLattice;
 use sampler::ProgramSampler;
 
 /// The reason why a history cannot be baked.
@@ -58,7 +59,8 @@ pub enum BakeHistoryError {
 
 /// Samples the solid of a scene's first `count` entries, to replace them by brushes: see [`Scene::fold_history`]. A game that digs for
 /// hours bakes now and then, and its edits take as long, and as much memory, as after its first bake. An edit near samples takes longer
-/// than one near a few simple brushes.
+/// than one near a few simple brushes, and least if a world has its samples in the same places. `samples` tells them: a world's
+/// `sample_lattice`, or the size of a voxel.
 ///
 /// Distances are those of the field at all samples near the surface, and interpolated between them. What is thinner than a voxel may
 /// be lost. Each material keeps its part of the solid, also deep inside; the borders between materials are exact at samples, too.
@@ -93,9 +95,11 @@ pub enum BakeHistoryError {
 pub fn bake_history(
     scene: &Scene,
     count: usize,
-    voxel_size: f32,
+    samples: impl Into<SampleLattice>,
     control: &Control,
 ) -> Result<HistoryBake, BakeHistoryError> {
+    let samples = samples.into();
+    let voxel_size = samples.voxel_size;
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
         return Err(BakeHistoryError::VoxelSize(voxel_size));
     }
@@ -103,15 +107,16 @@ pub fn bake_history(
     for id in oldest.iter() {
         check(&oldest, id)?;
     }
-    in_background(|| sample(oldest, voxel_size, control))
+    in_background(|| sample(oldest, samples, control))
 }
 
 /// Samples the solid of all entries of a scene, and their materials.
 fn sample(
     oldest: Scene,
-    voxel_size: f32,
+    samples: SampleLattice,
     control: &Control,
 ) -> Result<HistoryBake, BakeHistoryError> {
+    let voxel_size = samples.voxel_size;
     let program = Program::lower(&oldest)?;
     let mut solid = program.aabb();
     let is_cut = !solid.is_empty() && !solid.is_finite();
@@ -122,7 +127,7 @@ fn sample(
     if solid.is_empty() {
         return Ok(HistoryBake::new(oldest, Vec::new()));
     }
-    let lattice = Lattice::around(solid, voxel_size)
+    let lattice = Lattice::around(solid, samples)
         .map_err(|least| BakeHistoryError::TooFine { voxel_size, least })?;
     let distances = ProgramSampler::new(&program, control).cut_to(is_cut.then_some(solid));
     let Lattice {

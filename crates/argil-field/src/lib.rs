@@ -61,7 +61,7 @@ mod textured_brush;
 mod textures;
 
 pub use background::in_background;
-pub use bake_history::{BakeHistoryError, bake_history};
+pub use bake_history::{BakeHistoryError, SampleLattice, bake_history};
 pub use bounds::ClearanceModel;
 pub use coinciding_copies::CoincidingCopies;
 pub use evaluate::Evaluator;

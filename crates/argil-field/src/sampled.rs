@@ -2,13 +2,26 @@
 //! words. `sampled.wgsl` is the twin.
 
 use crate::scalar::{Real, SIMD_BLOCK, SimdBlock};
-use argil_scene::{SAMPLED_HEADER, SAMPLED_SUMMARY};
+use argil_scene::{SAMPLED_HEADER, SAMPLED_SIDE, SAMPLED_SUMMARY};
 
 const _: () = assert!(
     argil_abi::SAMPLED_HEADER as usize == SAMPLED_HEADER
         && argil_abi::SAMPLED_SUMMARY as usize == SAMPLED_SUMMARY,
     "both interpreters read what the scene holds"
 );
+
+/// Intervals along a cell with all samples.
+const SIDE: f32 = SAMPLED_SIDE as f32;
+
+/// Samples of a cell that has all, along a side.
+const FINE_ROW: usize = SAMPLED_SIDE as usize + 1;
+
+/// The kind of cells that have all samples.
+const FINE_KIND: usize = SAMPLED_SIDE.trailing_zeros() as usize;
+
+/// A point this near to a place of samples along an axis counts as there, in voxels. A world's samples that have the same places
+/// then need no interpolation, though places are rounded.
+const AT_SAMPLE: f32 = 1.0 / 2048.0;
 
 /// Computes the distances of a block of points. Beyond all levels, the result is a lower bound: the larger of the
 /// distance to the solid's box, and the hypotenuse over the way to the levels and the value at their side.
@@ -26,13 +39,99 @@ pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) 
     }
     // Most blocks are near the solid. The sum of a NaN is not 0.
     if beyond == 0.0 {
-        return in_finest(at, w, &layout);
+        return match stored(&mut at, w, &layout) {
+            Some(samples) => samples,
+            None => in_finest(at, w, &layout),
+        };
     }
     let mut out = [R::constant(0.0); SIMD_BLOCK];
     for i in 0..SIMD_BLOCK {
         out[i] = sampled([x[i], y[i], z[i]], w, &layout);
     }
     out
+}
+
+/// Moves positions in cells of the finest level to samples that they are at. Returns the samples, if all are at some, in few cells that
+/// have all samples.
+#[inline(always)]
+fn stored<R: Real>(
+    at: &mut [SimdBlock<R>; 3],
+    w: &[f32],
+    layout: &SampledLayout,
+) -> Option<SimdBlock<R>> {
+    let mut is_at_all = true;
+    let mut samples = [[0.0; SIMD_BLOCK]; 3];
+    for axis in 0..3 {
+        for n in 0..SIMD_BLOCK {
+            let (moved, sample, is_at) = at_sample(at[axis][n]);
+            at[axis][n] = moved;
+            samples[axis][n] = sample;
+            is_at_all &= is_at;
+        }
+    }
+    if !is_at_all || R::HAS_GRADIENT {
+        return None;
+    }
+    let (mut first, mut last) = ([0; 3], [0; 3]);
+    for axis in 0..3 {
+        let (mut least, mut most) = (samples[axis][0], samples[axis][0]);
+        for &sample in &samples[axis] {
+            least = Real::min(least, sample);
+            most = Real::max(most, sample);
+        }
+        first[axis] = (least / SIDE) as usize;
+        last[axis] = (most / SIDE) as usize;
+        if last[axis] > first[axis] + 1 || last[axis] >= layout.count[axis] {
+            return None;
+        }
+    }
+    let [nx, ny, _] = layout.count;
+    // Where the samples of a cell begin, or those of the next one along some axes.
+    let mut begins = [0; 8];
+    for (corner, begin) in begins.iter_mut().enumerate() {
+        let [i, j, k] = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let [i, j, k] = [first[0] + i, first[1] + j, first[2] + k];
+        if i <= last[0] && j <= last[1] && k <= last[2] {
+            let own = w[layout.table + (k * ny + j) * nx + i] as usize;
+            if own & 3 != FINE_KIND {
+                return None;
+            }
+            *begin = layout.samples[FINE_KIND] + (own >> 2) * FINE_ROW.pow(3);
+        }
+    }
+    let mut index = [0.0; SIMD_BLOCK];
+    let mut corner = [0.0; SIMD_BLOCK];
+    let mut step = 1.0;
+    let mut bit = 1.0;
+    for axis in 0..3 {
+        let begin = first[axis] as f32 * SIDE;
+        for n in 0..SIMD_BLOCK {
+            let inner = samples[axis][n] - begin;
+            let is_next = if inner >= SIDE { 1.0 } else { 0.0 };
+            index[n] += (inner - is_next * SIDE) * step;
+            corner[n] += is_next * bit;
+        }
+        step *= FINE_ROW as f32;
+        bit *= 2.0;
+    }
+    let mut out = [R::constant(0.0); SIMD_BLOCK];
+    for n in 0..SIMD_BLOCK {
+        let begin = begins[corner[n] as usize & 7];
+        out[n] = R::constant(w[begin + index[n] as usize]);
+    }
+    Some(out)
+}
+
+/// Returns a position, moved if it is at a sample, the number of the next sample, and whether it is there.
+#[inline(always)]
+fn at_sample<R: Real>(at: R) -> (R, f32, bool) {
+    let own = at.value();
+    let voxels = own * SIDE;
+    let sample = voxels.round_ties_even();
+    let is_at = (voxels - sample).abs() <= AT_SAMPLE;
+    let moved = if is_at { sample * (1.0 / SIDE) } else { own };
+    // Numbers keep their gradients.
+    (at - own + moved, sample, is_at)
 }
 
 /// Interpolates between samples of the finest level, at positions in its cells. Gives the numbers of [`sampled`], in passes of which
@@ -171,6 +270,9 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32], layout: &SampledLayout) -> R {
             is_in &= beyond[axis].value() == 0.0;
         }
         if is_in || head + SAMPLED_HEADER == summary {
+            if head == 0 {
+                at = [at_sample(at[0]).0, at_sample(at[1]).0, at_sample(at[2]).0];
+            }
             break (at, beyond);
         }
         let [nx, ny, nz] = count;

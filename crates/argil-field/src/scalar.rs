@@ -26,6 +26,7 @@ pub(crate) trait Real:
     + Mul<f32, Output = Self>
 {
     type Lanes: Clone;
+    const HAS_GRADIENT: bool;
     fn splat(value: f32) -> Self::Lanes;
     fn get(lanes: &Self::Lanes, i: usize) -> Self;
     fn set(lanes: &mut Self::Lanes, i: usize, value: Self);
@@ -82,6 +83,7 @@ pub(crate) struct F32Lanes(pub [f32; LANES]);
 
 impl Real for f32 {
     type Lanes = F32Lanes;
+    const HAS_GRADIENT: bool = false;
     #[inline(always)]
     fn splat(value: f32) -> F32Lanes {
         F32Lanes([value; LANES])
@@ -196,6 +198,7 @@ pub(crate) struct DualLanes(pub [F32Lanes; 4]);
 
 impl Real for Dual {
     type Lanes = DualLanes;
+    const HAS_GRADIENT: bool = true;
     #[inline(always)]
     fn splat(value: f32) -> DualLanes {
         DualLanes([

@@ -1,6 +1,6 @@
 //! Tests sampled shapes: blocks of points in the finest level, which SIMD interpolates, against points one by one.
 
-use argil_field::{Evaluator, Program, bake_history};
+use argil_field::{Evaluator, Program, SampleLattice, bake_history};
 use argil_math::Control;
 use argil_scene::{Brush, Scene, Shape};
 
@@ -8,7 +8,10 @@ use argil_scene::{Brush, Scene, Shape};
 const BLOCK: usize = 16;
 
 /// The edge of a voxel.
-const VOXEL: f32 = 0.03125;
+const VOXEL: f32 = 0.031;
+
+/// The place of a sample.
+const ORIGIN: [f32; 3] = [0.0137, -0.2, 0.31];
 
 /// Returns a number from -1 to 1 that looks random.
 fn random(n: u32) -> f32 {
@@ -25,7 +28,11 @@ fn sampled_program() -> Program {
         let ball = Brush::new(Shape::sphere(0.2)).smooth(0.05);
         scene.push(ball.at(place).subtract()).expect("a ball");
     }
-    let bake = bake_history(&scene, 13, VOXEL, &Control::default()).expect("a bake");
+    let samples = SampleLattice {
+        origin: ORIGIN.into(),
+        voxel_size: VOXEL,
+    };
+    let bake = bake_history(&scene, 13, samples, &Control::default()).expect("a bake");
     scene.fold_history(&bake).expect("a fold");
     Program::lower(&scene).expect("a program")
 }
@@ -53,7 +60,8 @@ fn blocks_have_the_distances_of_their_points() {
             let seed = 100 * block + axis as u32;
             let center = 0.8 * random(7919 * seed);
             let place = |n: usize| center + size * random(seed * 31 + 3 * n as u32);
-            std::array::from_fn(|n| (place(n) / step).round() * step)
+            let origin = ORIGIN[axis];
+            std::array::from_fn(|n| origin + ((place(n) - origin) / step).round() * step)
         });
         let together = of_block(&mut evaluator, &points);
         for n in 0..BLOCK {

@@ -46,9 +46,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             scene.fold_history(&done.join().map_err(|_| "the bake failed")??)?;
         }
         if bake.is_none() && scene.node(Scene::ROOT).children().len() > MOST {
-            let (snapshot, voxel) = (scene.snapshot(), 3.0 / RESOLUTION as f32);
+            let samples = world.sample_lattice().ok_or("no samples")?;
+            let snapshot = scene.snapshot();
             let count = snapshot.node(Scene::ROOT).children().len() - NEWEST;
-            let work = move || bake_history(&snapshot, count, voxel, &Control::default());
+            let work = move || bake_history(&snapshot, count, samples, &Control::default());
             bake = Some(std::thread::spawn(work));
         }
     }

@@ -43,6 +43,7 @@ mod program_cache;
 mod query;
 mod rendering;
 mod representation;
+mod sample_lattice;
 mod scene_state;
 mod still;
 mod still_error;
@@ -65,7 +66,7 @@ pub use argil_vdb as vdb;
 pub use argil_volume as volume;
 pub use glam;
 
-pub use argil_field::{BakeHistoryError, bake_history};
+pub use argil_field::{BakeHistoryError, SampleLattice, bake_history};
 pub use argil_mesh::MeshNormals;
 pub use build::Build;
 pub use cache_folder::cache_folder;

@@ -13,7 +13,31 @@ const FARTHEST: f32 = (1 << 20) as f32;
 /// Room around the solid, in voxels.
 const ROOM: f32 = 10.0;
 
-/// The lattice of samples.
+/// Where samples may be: at all multiples of a voxel's size from an origin. A voxel size alone stands for multiples of it in the scene.
+///
+/// ```
+/// use argil_field::SampleLattice;
+/// let lattice = SampleLattice::from(0.05);
+/// assert_eq!((lattice.origin, lattice.voxel_size), ([0.0; 3].into(), 0.05));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleLattice {
+    /// The place of one sample, in the scene's space.
+    pub origin: Vec3,
+    /// The distance between samples, in the scene's unit.
+    pub voxel_size: f32,
+}
+
+impl From<f32> for SampleLattice {
+    fn from(voxel_size: f32) -> Self {
+        Self {
+            origin: Vec3::ZERO,
+            voxel_size,
+        }
+    }
+}
+
+/// The samples of a solid.
 #[derive(Clone, Copy)]
 pub(super) struct Lattice {
     pub(super) corner: Vec3,
@@ -24,15 +48,24 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Returns the lattice of a solid's samples, or else a voxel size that is possible, and not much larger than the least one.
-    pub(super) fn around(solid: Aabb, voxel: f32) -> Result<Self, f32> {
-        Self::of_voxel(solid, voxel).ok_or_else(|| {
+    /// Returns those of a solid, or else a voxel size that is possible, and not much larger than the least one.
+    pub(super) fn around(solid: Aabb, samples: SampleLattice) -> Result<Self, f32> {
+        let SampleLattice {
+            origin,
+            voxel_size: voxel,
+        } = samples;
+        let solid = Aabb::new(solid.min - origin, solid.max - origin);
+        let found = Self::of_voxel(solid, voxel).ok_or_else(|| {
             let largest = solid.min.abs().max(solid.max.abs()).max_element();
             // Steps of 5 %, from too small a voxel on.
             let from = (voxel as f64).max(1e-8 * f64::from(largest));
             let sizes = (0..1000).map(|step| (from * 1.05f64.powi(step)) as f32);
             let mut possible = sizes.filter(|&size| Self::of_voxel(solid, size).is_some());
             possible.next().unwrap_or(f32::MAX)
+        })?;
+        Ok(Self {
+            corner: origin + found.corner,
+            ..found
         })
     }
 
