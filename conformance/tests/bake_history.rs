@@ -2,7 +2,11 @@
 
 use argil::math::Control;
 use argil::scene::{Brush, Edit, HistoryLimit, Material, Scene, Shape};
-use argil::{Backend, BakeHistoryError, BricksOptions, EditBudget, Engine, bake_history};
+use argil::volume::SampleFormat;
+use argil::{
+    Backend, BakeHistoryError, BricksOptions, EditBudget, Engine, Representation, SampleLattice,
+    bake_history,
+};
 use argil_abi::GpuMaterial;
 use argil_conformance::RandomTables;
 use argil_field::{Evaluator, Program};
@@ -228,46 +232,90 @@ fn worlds_follow_a_fold() -> Outcome {
     Ok(())
 }
 
-/// Samples where the world has its own are the world's to the bit, and edits among them those of a bake.
+/// Samples where the world has its own are the field's, and edits among them those of a bake.
 #[test]
 fn edits_among_samples_are_those_of_a_bake() -> Outcome {
-    for brick_size_voxels in [8, 4, 16] {
+    for (brick_size_voxels, format) in [
+        (8, SampleFormat::Snorm16),
+        (4, SampleFormat::Snorm8),
+        (16, SampleFormat::Snorm16),
+    ] {
         let mut scene = arena()?;
         let mut via = BricksOptions::from(56);
         via.settings.brick_size_voxels = brick_size_voxels;
+        via.settings.encoding.format = format;
         let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
         let mut random = RandomTables::new(17);
-        for nth in 0..150 {
-            scene.push(step(&mut random, nth))?;
-            if nth % 50 == 30 {
+        for nth in 0..120 {
+            // One to three brushes at once, hard and smooth.
+            for one in 0..1 + nth % 3 {
+                scene.push(step(&mut random, nth + one))?;
+            }
+            if nth % 40 == 20 {
                 world.apply(&scene)?;
                 let lattice = world.sample_lattice().ok_or("samples")?;
                 let bake = bake_history(&scene, 30, lattice, &Control::default())?;
                 let before = Program::lower(&scene)?;
                 scene.fold_history(&bake)?;
-                let after = Program::lower(&scene)?;
-                let [mut before, mut after] = [Evaluator::new(&before), Evaluator::new(&after)];
-                let mut near = 0;
-                for nth in 0..20_000u32 {
-                    let place = UVec3::new(nth * 31 % 56, nth * 17 % 56, nth * 7 % 56);
-                    let p = lattice.origin + lattice.voxel_size * place.as_vec3();
-                    let [(d, _), (sampled, _)] = [at(&mut before, p), at(&mut after, p)];
-                    if d.abs() < lattice.voxel_size {
-                        assert!((d - sampled).abs() < 1e-6, "{p}: {sampled}, not {d}");
-                        near += 1;
-                    }
-                }
-                assert!(near > 100, "{near} places");
+                have_same_samples(&before, &Program::lower(&scene)?, lattice);
             }
             world.apply(&scene)?;
             if nth % 10 == 9 {
-                assert_eq!(
-                    world.diff_from_rebuild()?,
-                    Some(0),
-                    "{brick_size_voxels}, {nth}"
-                );
+                let differing = world.diff_from_rebuild()?;
+                assert_eq!(differing, Some(0), "{brick_size_voxels}, {nth}");
             }
         }
+    }
+    Ok(())
+}
+
+/// Asserts that two programs have the same distances near the surface, at places of a lattice of 56 voxels.
+fn have_same_samples(before: &Program, after: &Program, lattice: SampleLattice) {
+    let [mut before, mut after] = [Evaluator::new(before), Evaluator::new(after)];
+    let mut near = 0;
+    for nth in 0..56 * 56 * 28u32 {
+        let place = UVec3::new(nth % 56, nth / 56 % 28, nth / 56 / 28);
+        let p = lattice.origin + lattice.voxel_size * place.as_vec3();
+        let [(d, _), (sampled, _)] = [at(&mut before, p), at(&mut after, p)];
+        if d.abs() < lattice.voxel_size {
+            assert!((d - sampled).abs() < 1e-6, "{p}: {sampled}, not {d}");
+            near += 1;
+        }
+    }
+    assert!(near > 1000, "{near} places");
+}
+
+/// Of each representation with samples, the lattice is where these are.
+#[test]
+fn lattices_are_where_samples_are() -> Outcome {
+    let mut scene = Scene::new();
+    scene.push(Shape::sphere(1.0))?;
+    let mut measured = Vec::new();
+    for via in Representation::all(32) {
+        let name = via.name();
+        let world = Engine::cpu().build(&scene)?.with_representation(via)?;
+        let Some(lattice) = world.sample_lattice() else {
+            assert!(["field", "mesh"].contains(&name), "{name}");
+            continue;
+        };
+        // An octree has no queries, and levels answer from coarse ones, too.
+        let Some(volume) = world.query_volume().filter(|_| name != "levels") else {
+            continue;
+        };
+        measured.push(name);
+        let mut errors = [0.0f32; 2];
+        for nth in 0..200u32 {
+            let place = UVec3::new(9 + nth % 7, 10 + nth / 7 % 6, nth % 5).as_vec3();
+            for (error, off) in errors.iter_mut().zip([0.0, 0.5]) {
+                let p = lattice.origin + lattice.voxel_size * (place + off);
+                let stored = volume.distance(p.to_array());
+                if stored.abs() < lattice.voxel_size {
+                    *error = error.max((stored - (p.length() - 1.0)).abs());
+                }
+            }
+        }
+        // Between samples, interpolation adds to the error of codes.
+        assert!(errors[1] > 1.5 * errors[0], "{name}: {errors:?}");
     }
     Ok(())
 }
@@ -287,6 +335,14 @@ fn what_samples_cannot_hold_is_refused() -> Outcome {
         assert!(error(&scene, 2, voxel).contains("above 0"), "{voxel}");
     }
     assert!(error(&scene, 2, 1e-5).contains("at least"));
+    for far in [f32::NAN, f32::INFINITY, -1e9] {
+        for axis in 0..3 {
+            let mut lattice = SampleLattice::from(0.1);
+            lattice.origin[axis] = far;
+            let error = bake_history(&scene, 2, lattice, &control).expect_err("a refusal");
+            assert!(error.to_string().contains("finite place"), "{error}");
+        }
+    }
     let mut endless = Scene::new();
     endless.push(Shape::Plane {
         normal: [0.0, 1.0, 0.0],

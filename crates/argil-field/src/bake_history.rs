@@ -1,6 +1,6 @@
 //! Samples the solid of a scene's oldest entries.
 //!
-//! *Practice.* Samples are a voxel apart, at the places of one lattice, so that baking again what was baked keeps them. Materials are
+//! *Practice.* Samples are a voxel apart, at the places of a lattice. Baking again on the same lattice keeps them. Materials are
 //! paint: see [`paints`].
 
 mod lattice;
@@ -10,9 +10,13 @@ mod sampler;
 use crate::{LowerError, Program, in_background};
 use argil_math::{Aabb, Control};
 use argil_scene::{Brush, HistoryBake, NodeId, SampledGrid, Scene, Shape, ValidationError};
+use glam::Vec3;
 use lattice::Lattice;
 pub use lattice::SampleLattice;
 use sampler::ProgramSampler;
+
+/// Maximum voxels from the scene's origin to that of the samples.
+const FARTHEST_ORIGIN: f32 = (1 << 22) as f32;
 
 /// The reason why a history cannot be baked.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +25,11 @@ pub enum BakeHistoryError {
     /// The size of a voxel is not a length.
     #[error("voxel size {0}: choose a length above 0")]
     VoxelSize(f32),
+    /// The origin of the lattice is no place, or so far away that places of voxels are not exact.
+    #[error(
+        "origin {0} of the samples: choose a finite place, fewer than {FARTHEST_ORIGIN} voxels from the scene's"
+    )]
+    Origin(Vec3),
     /// Samples do not move.
     #[error(
         "{0} has keyframes, and samples do not move: remove its keyframes, or bake only the entries before it"
@@ -60,7 +69,8 @@ pub enum BakeHistoryError {
 /// Samples the solid of a scene's first `count` entries, to replace them by brushes: see [`Scene::fold_history`]. A game that digs for
 /// hours bakes now and then, and its edits take as long, and as much memory, as after its first bake. An edit near samples takes longer
 /// than one near a few simple brushes, and least if a world has its samples in the same places. `samples` tells them: a world's
-/// `sample_lattice`, or the size of a voxel.
+/// `sample_lattice`, or the size of a voxel. Bakes of one scene should have the same ones: only then do later bakes keep the samples
+/// of earlier ones.
 ///
 /// Distances are those of the field at all samples near the surface, and interpolated between them. What is thinner than a voxel may
 /// be lost. Each material keeps its part of the solid, also deep inside; the borders between materials are exact at samples, too.
@@ -91,7 +101,8 @@ pub enum BakeHistoryError {
 /// ```
 ///
 /// # Errors
-/// If an entry is animated or hidden, the solid is infinite, or the voxels are too many: see [`BakeHistoryError`].
+/// If an entry is animated or hidden, the solid is infinite, the lattice is not valid, or its voxels are too many: see
+/// [`BakeHistoryError`].
 pub fn bake_history(
     scene: &Scene,
     count: usize,
@@ -102,6 +113,14 @@ pub fn bake_history(
     let voxel_size = samples.voxel_size;
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
         return Err(BakeHistoryError::VoxelSize(voxel_size));
+    }
+    let farthest = samples
+        .origin
+        .abs()
+        .to_array()
+        .map(|along| along / voxel_size);
+    if !farthest.into_iter().all(|along| along < FARTHEST_ORIGIN) {
+        return Err(BakeHistoryError::Origin(samples.origin));
     }
     let oldest = scene.oldest_entries(count);
     for id in oldest.iter() {

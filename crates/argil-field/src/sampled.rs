@@ -19,9 +19,8 @@ const FINE_ROW: usize = SAMPLED_SIDE as usize + 1;
 /// The kind of cells that have all samples.
 const FINE_KIND: usize = SAMPLED_SIDE.trailing_zeros() as usize;
 
-/// A point this near to a place of samples along an axis counts as there, in voxels. A world's samples that have the same places
-/// then need no interpolation, though places are rounded.
-const AT_SAMPLE: f32 = 1.0 / 2048.0;
+/// How far rounding can move a place, as a share of the coordinates of a level.
+const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 /// Computes the distances of a block of points. Beyond all levels, the result is a lower bound: the larger of the
 /// distance to the solid's box, and the hypotenuse over the way to the levels and the value at their side.
@@ -31,15 +30,17 @@ pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) 
     let mut at = [[R::constant(0.0); SIMD_BLOCK]; 3];
     let mut beyond = 0.0;
     for (axis, along) in [&*x, &*y, &*z].into_iter().enumerate() {
+        let near = rounding(w, axis);
         for i in 0..SIMD_BLOCK {
             let whole = (along[i] - w[axis]) * w[3];
-            at[axis][i] = whole.clamp_to(0.0, w[4 + axis]);
-            beyond += (whole - at[axis][i]).value().abs();
+            let inside = whole.clamp_to(0.0, w[4 + axis]);
+            beyond += more_than(near, whole - inside).value().abs();
+            at[axis][i] = at_sample(inside, near);
         }
     }
     // Most blocks are near the solid. The sum of a NaN is not 0.
     if beyond == 0.0 {
-        return match stored(&mut at, w, &layout) {
+        return match stored(&at, w, &layout) {
             Some(samples) => samples,
             None => in_finest(at, w, &layout),
         };
@@ -51,11 +52,10 @@ pub(crate) fn sd_sampled<R: Real>([x, y, z]: [&mut SimdBlock<R>; 3], w: &[f32]) 
     out
 }
 
-/// Moves positions in cells of the finest level to samples that they are at. Returns the samples, if all are at some, in few cells that
-/// have all samples.
+/// Returns the samples at positions in cells of the finest level, if all are at some, in few cells that have all samples.
 #[inline(always)]
 fn stored<R: Real>(
-    at: &mut [SimdBlock<R>; 3],
+    at: &[SimdBlock<R>; 3],
     w: &[f32],
     layout: &SampledLayout,
 ) -> Option<SimdBlock<R>> {
@@ -63,10 +63,9 @@ fn stored<R: Real>(
     let mut samples = [[0.0; SIMD_BLOCK]; 3];
     for axis in 0..3 {
         for n in 0..SIMD_BLOCK {
-            let (moved, sample, is_at) = at_sample(at[axis][n]);
-            at[axis][n] = moved;
+            let sample = at[axis][n].value() * SIDE;
             samples[axis][n] = sample;
-            is_at_all &= is_at;
+            is_at_all &= sample == sample.round_ties_even();
         }
     }
     if !is_at_all || R::HAS_GRADIENT {
@@ -122,16 +121,35 @@ fn stored<R: Real>(
     Some(out)
 }
 
-/// Returns a position, moved if it is at a sample, the number of the next sample, and whether it is there.
+/// Returns how far rounding can move a place along an axis of a level, in cells.
 #[inline(always)]
-fn at_sample<R: Real>(at: R) -> (R, f32, bool) {
+fn rounding(head: &[f32], axis: usize) -> f32 {
+    ROUNDING * (head[axis].abs() * head[3] + head[4 + axis])
+}
+
+/// Returns how far a point is beyond a level. One that only rounding moved out of it is in it: beside it, the next level has cells
+/// that this one covers.
+#[inline(always)]
+fn more_than<R: Real>(near: f32, beyond: R) -> R {
+    if beyond.value().abs() <= near {
+        R::constant(0.0)
+    } else {
+        beyond
+    }
+}
+
+/// Moves a position in cells back to the sample that only rounding moved it away from. A world's samples in the same places then need
+/// no interpolation.
+#[inline(always)]
+fn at_sample<R: Real>(at: R, near: f32) -> R {
     let own = at.value();
-    let voxels = own * SIDE;
-    let sample = voxels.round_ties_even();
-    let is_at = (voxels - sample).abs() <= AT_SAMPLE;
-    let moved = if is_at { sample * (1.0 / SIDE) } else { own };
-    // Numbers keep their gradients.
-    (at - own + moved, sample, is_at)
+    let sample = (own * SIDE).round_ties_even();
+    if (own * SIDE - sample).abs() <= SIDE * near {
+        // Numbers keep their gradients.
+        at - own + sample * (1.0 / SIDE)
+    } else {
+        at
+    }
 }
 
 /// Interpolates between samples of the finest level, at positions in its cells. Gives the numbers of [`sampled`], in passes of which
@@ -264,15 +282,16 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32], layout: &SampledLayout) -> R {
         let mut beyond = [R::constant(0.0); 3];
         let mut is_in = true;
         for axis in 0..3 {
+            let near = rounding(&w[head..], axis);
             let whole = (p[axis] - w[head + axis]) * w[head + 3];
             at[axis] = whole.clamp_to(0.0, w[head + 4 + axis]);
-            beyond[axis] = whole - at[axis];
+            beyond[axis] = more_than(near, whole - at[axis]);
+            if head == 0 {
+                at[axis] = at_sample(at[axis], near);
+            }
             is_in &= beyond[axis].value() == 0.0;
         }
         if is_in || head + SAMPLED_HEADER == summary {
-            if head == 0 {
-                at = [at_sample(at[0]).0, at_sample(at[1]).0, at_sample(at[2]).0];
-            }
             break (at, beyond);
         }
         let [nx, ny, nz] = count;

@@ -11,6 +11,12 @@ fn interpolated(t: vec3<f32>, v: u32, row: u32, layer: u32) -> f32 {
     return t.z * (high - low) + low;
 }
 
+// Moves a position in cells back to the samples that only rounding moved it away from.
+fn at_samples(at: vec3<f32>, near: vec3<f32>) -> vec3<f32> {
+    let sample = round(at * 8.0);
+    return select(at, sample * 0.125, abs(at * 8.0 - sample) <= 8.0 * near);
+}
+
 fn sd_sampled(p: vec3<f32>, w: u32) -> f32 {
     let summary = w + SAMPLED_HEADER * u32(params[w + SAMPLED_HEADER - 1u]);
     let first = summary + SAMPLED_SUMMARY;
@@ -22,10 +28,17 @@ fn sd_sampled(p: vec3<f32>, w: u32) -> f32 {
     var beyond = vec3(0.0);
     // The finest level that contains the point, or the last one.
     loop {
-        let whole = (p - vec3(params[head], params[head + 1u], params[head + 2u])) * params[head + 3u];
+        let corner = vec3(params[head], params[head + 1u], params[head + 2u]);
+        let scale = params[head + 3u];
         let count = vec3(params[head + 4u], params[head + 5u], params[head + 6u]);
+        let whole = (p - corner) * scale;
         at = min(max(whole, vec3(0.0)), count);
-        beyond = whole - at;
+        // How far rounding can move a place.
+        let near = 9.536743e-7 * (abs(corner) * scale + count);
+        beyond = select(whole - at, vec3(0.0), abs(whole - at) <= near);
+        if head == w {
+            at = at_samples(at, near);
+        }
         if all(beyond == vec3(0.0)) || head + SAMPLED_HEADER >= summary {
             break;
         }

@@ -5,8 +5,8 @@ use crate::{Representation, World};
 use argil_field::SampleLattice;
 
 impl World {
-    /// Returns where the world's finest samples are, to be passed to [`bake_history`](crate::bake_history). What the world samples
-    /// there later needs no interpolation, so that edits stay fast. Returns `None` for a world without samples, which evaluates its field.
+    /// Returns where the world's finest samples are, to be passed to [`bake_history`](crate::bake_history). Edits then read most
+    /// samples near the surface without interpolation. Returns `None` for a world without samples: a field, or a mesh.
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -23,8 +23,9 @@ impl World {
         let grid = self.device.voxel_grid()?;
         // Texels have their samples at their centers, and bricks at corners of voxels.
         let inner = match self.representation() {
-            Representation::Dense(_) => 0.5 * grid.voxel_size,
-            _ => 0.0,
+            Representation::Field | Representation::Mesh(_) => return None,
+            Representation::Dense(_) | Representation::Octree(_) => 0.5 * grid.voxel_size,
+            Representation::Bricks(_) | Representation::Levels(_) => 0.0,
         };
         Some(SampleLattice {
             origin: grid.corner + inner,

@@ -106,8 +106,8 @@ impl Additions<'_> {
         self.can_reach(region, scene, 2.0 * self.program.rounding(region))
     }
 
-    /// Whether no surface comes to a box without one, where the scene is solid or not, and whether distances there stay as they were or
-    /// are at least `least`. Digging in the air brings none, and neither does a brush that is far enough away.
+    /// Whether no surface comes to a box without one, which is all solid or all air. Distances there stay as they were, or are at
+    /// least `least`. Digging in the air brings none, and neither does a brush that is far enough away.
     pub fn keep_clear(&self, region: Aabb, is_solid: bool, least: f32) -> bool {
         let least = least + 2.0 * self.program.rounding(region);
         self.brushes.iter().all(|(extent, joint, _)| {

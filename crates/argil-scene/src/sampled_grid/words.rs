@@ -131,6 +131,8 @@ impl SampledGrid {
         }
         let first = &nest.levels[0];
         let cell = nest.unit * first.width as f32;
+        // Its length was not known, and a grid lives long.
+        words.shrink_to_fit();
         Self::with(words, nest.corner, cell, first.count, solid)
     }
 
