@@ -13,7 +13,7 @@ const FARTHEST: f32 = (1 << 20) as f32;
 /// Room around the solid, in voxels.
 const ROOM: f32 = 10.0;
 
-/// Where samples may be: at all multiples of a voxel's size from an origin. A voxel size alone stands for multiples of it in the scene.
+/// Where samples may be: at all multiples of a voxel's size from an origin. With a voxel size alone, the origin is the scene's.
 ///
 /// ```
 /// use argil_field::SampleLattice;
