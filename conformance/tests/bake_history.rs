@@ -201,6 +201,63 @@ fn a_thousand_steps_are_those_of_the_whole_history() -> Outcome {
     Ok(())
 }
 
+/// However often an arena is carved, filled and folded, samples stay as many, and are accurate where brushes meet them.
+#[test]
+fn samples_do_not_grow_with_folds() -> Outcome {
+    let voxel = HALF / 48.0;
+    let mut scene = Scene::new();
+    scene.push(Shape::cuboid([1.4, 0.5, 1.4]))?;
+    let mut random = RandomTables::new(29);
+    let mut words = Vec::new();
+    let mut solid = Vec3::ZERO;
+    for fold in 0..24 {
+        for nth in 0..50 {
+            let [x, y, z] = random.point(1.0);
+            let ball = Brush::new(Shape::sphere(0.09)).at([1.3 * x, 0.5 * y, 1.3 * z]);
+            let ball = ball.smooth(0.03);
+            scene.push(if nth % 2 == 0 { ball.subtract() } else { ball })?;
+        }
+        let before = Program::lower(&scene)?;
+        let bake = bake_history(&scene, usize::MAX, voxel, &Control::default())?;
+        scene.fold_history(&bake)?;
+        words.push(words_of(&scene));
+        solid = Program::lower(&scene)?.aabb().size();
+        if fold % 8 == 7 {
+            are_accurate_far_away(&before, &Program::lower(&scene)?, voxel);
+        }
+    }
+    let first = words[3..7].iter().sum::<usize>() as f32;
+    let last = words[20..].iter().sum::<usize>() as f32;
+    assert!(last < 1.15 * first, "{words:?}");
+    // A brush at the side reaches 0.09 out of it, and the smooth seam 0.03.
+    let most = 2.0 * (Vec3::new(1.4, 0.5, 1.4) + 0.12);
+    assert!(solid.cmple(most).all(), "{solid}");
+    Ok(())
+}
+
+/// Returns the number of a scene's words of samples.
+fn words_of(scene: &Scene) -> usize {
+    let files = scene.iter().filter_map(|node| {
+        let (.., grid) = scene.node(node).desc().kind.file()?;
+        Some(grid.0.as_ref()?.words().len())
+    });
+    files.sum()
+}
+
+/// Asserts that interpolated distances are off by less than 0.6 voxels, or by less than 6 % of them.
+fn are_accurate_far_away(field: &Program, sampled: &Program, voxel: f32) {
+    let [mut field, mut sampled] = [Evaluator::new(field), Evaluator::new(sampled)];
+    // Between samples, too.
+    for p in samples(0.37 * voxel, 20_000) {
+        let [(d, _), (of_samples, _)] = [at(&mut field, p), at(&mut sampled, p)];
+        let tolerance = (0.6 * voxel).max(0.06 * d.abs());
+        assert!(
+            (d - of_samples).abs() < tolerance,
+            "{p}: {of_samples}, not {d}"
+        );
+    }
+}
+
 /// A world on either device follows within its budget, and is then as if it were built from what was folded.
 #[test]
 fn worlds_follow_a_fold() -> Outcome {

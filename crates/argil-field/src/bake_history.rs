@@ -72,8 +72,9 @@ pub enum BakeHistoryError {
 /// `sample_lattice`, or the size of a voxel. Bakes of one scene should have the same ones: only then do later bakes keep the samples
 /// of earlier ones.
 ///
-/// Distances are those of the field at all samples near the surface, and interpolated between them. What is thinner than a voxel may
-/// be lost. Each material keeps its part of the solid, also deep inside; the borders between materials are exact at samples, too.
+/// Distances are those of the field at all samples near the surface, and interpolated between them. Beyond twelve voxels, they may
+/// be off by a twentieth. What is thinner than a voxel may be lost. Each material keeps its part of the solid, also deep inside; the
+/// borders between materials are exact at samples, too.
 /// Textures that move with their brushes have the scene's frame afterwards, so that they may shift. An infinite solid is cut off at the
 /// view's bounds. Saving the scene writes the samples beside it, as `history-….grid`: those of earlier saves can be deleted.
 ///

@@ -4,6 +4,7 @@ mod build;
 mod bytes;
 mod heights;
 mod nest;
+mod tight;
 mod words;
 
 use crate::{MAX_LENGTH, ValidationError};
@@ -60,6 +61,17 @@ pub trait DistanceSampler: Sync {
     /// around them, and outside the distance is a lower bound.
     fn knows_outside(&self) -> bool {
         true
+    }
+
+    /// How far off interpolated distances may be far from the surface, as a share of the distance to it. At 0, they are
+    /// everywhere about as accurate as near it. Creases far away then have samples of their own.
+    fn far_tolerance(&self) -> f32 {
+        0.0
+    }
+
+    /// Whether the solid's box may be much larger than the solid. If so, the grid has the box of what samples find.
+    fn has_loose_box(&self) -> bool {
+        false
     }
 
     /// Computes the signed distances of a block's points, x fastest.

@@ -11,6 +11,10 @@ use std::sync::{Mutex, PoisonError};
 const FEW_POINTS: usize = 8;
 const FEW_INSTRUCTIONS: usize = 4;
 
+/// How far off distances may be far from the surface, as a share of them. Few edits get there, and bakes take a third less time
+/// than without it.
+const FAR_TOLERANCE: f32 = 0.05;
+
 /// Evaluates a program, pruned for each call's points. Any threads can call it.
 pub(super) struct ProgramSampler<'a> {
     program: &'a Program,
@@ -139,6 +143,15 @@ impl<'a> ProgramSampler<'a> {
 }
 
 impl DistanceSampler for ProgramSampler<'_> {
+    fn far_tolerance(&self) -> f32 {
+        FAR_TOLERANCE
+    }
+
+    /// Bounds grow by what smooth brushes may add, and would do so with each bake.
+    fn has_loose_box(&self) -> bool {
+        true
+    }
+
     fn distances(&self, points: &[Vec3], out: &mut [f32]) {
         if self.is_cancelled() {
             // Far from the surface, cells have no samples.

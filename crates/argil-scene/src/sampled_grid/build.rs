@@ -58,8 +58,13 @@ impl SampledGrid {
         solid: Aabb,
         measure: &dyn DistanceSampler,
     ) -> Self {
+        let accuracy = Accuracy {
+            voxel: cell / SAMPLED_SIDE as f32,
+            size: solid.size().max_element().max(cell),
+            far: measure.far_tolerance(),
+        };
+        let has_loose_box = measure.has_loose_box();
         let measure = &AtLeastBox { measure, solid };
-        let size = solid.size().max_element().max(cell);
         let mut nest = Nest::new(corner, cell);
         nest.add(IVec3::ZERO, cells);
         if measure.knows_outside() {
@@ -74,12 +79,39 @@ impl SampledGrid {
             nest.levels[level].cells = (0..volume(own.count))
                 .into_par_iter()
                 .chunks(measure.cells_at_once())
-                .flat_map_iter(|indices| level_samples(&nest, level, &indices, size, measure))
+                .flat_map_iter(|indices| level_samples(&nest, level, &indices, &accuracy, measure))
                 .collect();
         }
         smooth(&mut nest, measure);
+        let solid = if has_loose_box {
+            nest.tighten(solid)
+        } else {
+            solid
+        };
         nest.close_seams();
         Self::of_nest(&nest, solid)
+    }
+}
+
+/// How far off interpolation may be.
+struct Accuracy {
+    voxel: f32,
+    /// Length of the solid's longest side.
+    size: f32,
+    /// See [`DistanceSampler::far_tolerance`].
+    far: f32,
+}
+
+impl Accuracy {
+    /// Returns the maximum error of interpolation in a cell. `away` is a lower bound on how far the surface is from it.
+    fn tolerance(&self, level: usize, away: f32) -> f32 {
+        // Around a long solid, a share of its size is accurate enough, and samples stay few.
+        let wide = match level {
+            0 => 1.0,
+            _ => (self.size / (FULL_ACCURACY_VOXELS * self.voxel)).max(1.0),
+        };
+        let beyond_creases = (away - CREASE_VOXELS * self.voxel).max(0.0);
+        TOLERANCE * self.voxel * wide * (1.0 + 2.0 * away / self.size) + self.far * beyond_creases
     }
 }
 
@@ -223,21 +255,15 @@ struct SampledCell {
 
 impl SampledCell {
     /// Begins a cell at its corners. `away` is a lower bound on how far the surface is from it.
-    fn new(nest: &Nest, level: usize, block: SampledBlock, away: f32, size: f32) -> Self {
-        let voxel = nest.unit * (UNITS / SAMPLED_SIDE as i32) as f32;
+    fn new(level: usize, block: SampledBlock, away: f32, accuracy: &Accuracy) -> Self {
         let is_near = away <= NEAR_VOXELS * block.step;
-        let is_fine = is_near || level > 0 || away <= CREASE_VOXELS * voxel;
-        // Around a long solid, a share of its size is accurate enough, and samples stay few.
-        let wide = match level {
-            0 => 1.0,
-            _ => (size / (FULL_ACCURACY_VOXELS * voxel)).max(1.0),
-        };
+        let is_fine = is_near || level > 0 || away <= CREASE_VOXELS * accuracy.voxel;
         Self {
             block,
             kind: if is_near { MAX_KIND } else { 0 },
             max_kind: MAX_KIND - u8::from(!is_fine),
             samples: block.corners.to_vec(),
-            tolerance: TOLERANCE * voxel * wide * (1.0 + 2.0 * away / size),
+            tolerance: accuracy.tolerance(level, away),
         }
     }
 
@@ -299,7 +325,7 @@ fn level_samples(
     nest: &Nest,
     level: usize,
     indices: &[usize],
-    size: f32,
+    accuracy: &Accuracy,
     measure: &dyn DistanceSampler,
 ) -> Vec<CellSamples> {
     let count = nest.levels[level].count;
@@ -314,7 +340,7 @@ fn level_samples(
     let blocks: Vec<SampledBlock> = open.iter().map(block).collect();
     let away = clearances(&blocks, measure);
     let begun = blocks.into_iter().zip(away);
-    let begun = begun.map(|(block, away)| SampledCell::new(nest, level, block, away, size));
+    let begun = begun.map(|(block, away)| SampledCell::new(level, block, away, accuracy));
     let mut cells: Vec<SampledCell> = begun.collect();
     for cell in cells.iter_mut().filter(|cell| cell.kind == MAX_KIND) {
         cell.samples = vec![0.0; volume(UVec3::splat(SAMPLED_SIDE + 1))];
