@@ -41,6 +41,7 @@ impl EditQueue {
     ) -> Vec<BlockProgram> {
         units
             .into_par_iter()
+            .with_max_len(1)
             .flat_map_iter(|unit| self.lists_of(layout, live, &unit))
             .collect()
     }

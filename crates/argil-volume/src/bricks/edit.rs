@@ -8,7 +8,7 @@
 //! results are committed to the pool at the end, so nothing changes if they do not fit.
 
 use super::additions::{ReachedBlock, hard_brushes};
-use super::block_editor::{BakedBlock, BlockEditor};
+use super::block_editor::{BakedBlock, BlockEditor, BlockWorker};
 use super::block_program::{BlockProgram, emptied_around};
 use super::bounds::{CellBounds, SLOT_BYTES};
 use super::candidates::empty_cells_of;
@@ -23,7 +23,6 @@ use crate::{SampleFormat, Texel};
 use argil_abi::FillUniform;
 use argil_field::{Additions, CELLS_PER_BATCH, IncrementalProgram, PartGrid, Program};
 use glam::IVec3;
-use rayon::iter::Either;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use web_time::Instant;
@@ -63,6 +62,29 @@ enum EditJob {
     Listed(u64, BlockProgram),
     /// Cells in which something can have changed, with their program.
     Reached(ReachedBlock),
+}
+
+impl EditJob {
+    /// Rebuilds the block. If it is late, returns the block's first cell and the cells that remain.
+    fn run<T: Texel>(
+        self,
+        edit: &BlockEditor<'_>,
+        worker: &mut BlockWorker<'_>,
+        nth: usize,
+        bricks: &Bricks,
+    ) -> Result<BakedBlock<T>, (IVec3, u64)> {
+        // The first one begins however late it is, so that each call gets on.
+        let is_late = nth > 0 && edit.is_late(worker.slowest_block);
+        match self {
+            Self::Listed(cells, lists) if is_late => Err((lists.first, cells)),
+            Self::Reached(block) if is_late => Err((block.first, block.cells)),
+            Self::Listed(cells, lists) => Ok(edit.make(worker, &lists, cells, bricks)),
+            Self::Reached(block) => {
+                let lists = block.list(&edit.layout, edit.live);
+                Ok(edit.make(worker, &lists, block.cells, bricks))
+            }
+        }
+    }
 }
 
 impl BrickLayout {
@@ -180,31 +202,22 @@ impl Bricks {
             until,
         };
         let bricks = &*self;
-        let (made, mut late): (Vec<BakedBlock<T>>, Vec<(IVec3, u64)>) = jobs
-            .into_par_iter()
-            .enumerate()
+        // Each thread takes the next job, because a few blocks hold most of the work.
+        let jobs = jobs.into_iter().enumerate().par_bridge();
+        let mut results: Vec<_> = jobs
             .map_init(
                 || edit.worker(),
-                |worker, (nth, job)| {
-                    // The first one begins however late it is, so that each call gets on.
-                    let is_late = nth > 0 && edit.is_late(worker.slowest_block);
-                    match job {
-                        EditJob::Listed(cells, lists) if is_late => Err((lists.first, cells)),
-                        EditJob::Reached(block) if is_late => Err((block.first, block.cells)),
-                        EditJob::Listed(cells, lists) => {
-                            Ok(edit.make(worker, &lists, cells, bricks))
-                        }
-                        EditJob::Reached(block) => {
-                            let lists = block.list(&edit.layout, live);
-                            Ok(edit.make(worker, &lists, block.cells, bricks))
-                        }
-                    }
-                },
+                |worker, (nth, job)| (nth, job.run::<T>(&edit, worker, nth, bricks)),
             )
-            .partition_map(|job| match job {
-                Ok(made) => Either::Left(made),
-                Err(late) => Either::Right(late),
-            });
+            .collect();
+        results.sort_unstable_by_key(|(nth, _)| *nth);
+        let (mut made, mut late) = (Vec::with_capacity(results.len()), Vec::new());
+        for (_, result) in results {
+            match result {
+                Ok(block) => made.push(block),
+                Err(left) => late.push(left),
+            }
+        }
         let parts = made.iter().filter(|own| own.late != 0);
         late.extend(parts.map(|own| (own.first, own.late)));
         self.check_budget(&made, budget)?;
