@@ -1,6 +1,7 @@
 //! Budgets of edits, and reports on what edits did.
 
 use argil_math::Aabb;
+use web_time::Instant;
 
 /// A limit on how much work [`World::apply_within`](crate::World::apply_within) does in one call.
 ///
@@ -55,6 +56,20 @@ pub struct EditReport {
     pub is_rebuilding: bool,
     /// The reason for the rebuild, if there is one.
     pub reason: Option<RebuildReason>,
+}
+
+impl EditReport {
+    /// Returns the report of a call that built the whole world again, or took over what another thread had built.
+    pub(crate) fn of_rebuild(reason: RebuildReason, start: Instant) -> Self {
+        Self {
+            remaining_blocks: 0,
+            dirty_box: Aabb::ALL,
+            duration_ms: start.elapsed().as_secs_f64() * 1e3,
+            rebuilt: true,
+            is_rebuilding: false,
+            reason: Some(reason),
+        }
+    }
 }
 
 /// The reason why the whole world was rebuilt.

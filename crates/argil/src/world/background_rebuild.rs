@@ -18,11 +18,16 @@ use web_time::{Duration, Instant};
 /// Waits for a thread. A thread of rayon works for others meanwhile, because the rebuild may wait for it.
 fn joined<T>(thread: JoinHandle<T>) -> std::thread::Result<T> {
     while !thread.is_finished() && rayon::current_thread_index().is_some() {
-        if rayon::yield_now() != Some(rayon::Yield::Executed) {
-            std::thread::sleep(Duration::from_micros(100));
-        }
+        pause();
     }
     thread.join()
+}
+
+/// Works for others on a thread of rayon, or else sleeps a little.
+fn pause() {
+    if rayon::yield_now() != Some(rayon::Yield::Executed) {
+        std::thread::sleep(Duration::from_micros(100));
+    }
 }
 
 /// Returns an error if the work is canceled.
@@ -125,6 +130,14 @@ impl BackgroundRebuild {
     /// Whether the new world is there.
     pub(super) fn is_finished(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the new world until a call has taken `max_ms` since `start`. Returns whether it is there.
+    pub(super) fn is_finished_within(&self, max_ms: f64, start: Instant) -> bool {
+        while !self.is_finished() && start.elapsed().as_secs_f64() * 1e3 < max_ms {
+            pause();
+        }
+        self.is_finished()
     }
 
     /// Notes the scene that the new world is to show in the end.

@@ -74,14 +74,7 @@ impl World {
             return self.follow_changes(scene, pace, start).await;
         };
         let report = if self.edits.has_seen_all(scene) {
-            EditReport {
-                remaining_blocks: 0,
-                dirty_box: Aabb::ALL,
-                duration_ms: start.elapsed().as_secs_f64() * 1e3,
-                rebuilt: true,
-                is_rebuilding: false,
-                reason: Some(reason),
-            }
+            EditReport::of_rebuild(reason, start)
         } else {
             self.follow_changes(scene, pace, start).await?
         };
@@ -181,14 +174,7 @@ impl World {
             .and_then(|info| info.bricks)
             .map_or(0, |s| s.bricks);
         self.edits.record_rebuild(bricks, done);
-        Ok(EditReport {
-            remaining_blocks: 0,
-            dirty_box: Aabb::ALL,
-            duration_ms: start.elapsed().as_secs_f64() * 1e3,
-            rebuilt: true,
-            is_rebuilding: false,
-            reason: Some(built.reason),
-        })
+        Ok(EditReport::of_rebuild(built.reason, start))
     }
 
     /// Finishes earlier edits, as a future: see [`World::flush`].

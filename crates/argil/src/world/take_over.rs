@@ -17,7 +17,7 @@ use argil_scene::Scene;
 use std::sync::{OnceLock, atomic::AtomicU32};
 use web_time::Instant;
 
-/// A world is rebuilt at once if that took no more than this share of a budget before.
+/// A call waits for a rebuild if the one before took no more than this share of its budget.
 #[cfg(not(target_arch = "wasm32"))]
 const SHARE_OF_BUDGET: f64 = 0.25;
 
@@ -70,8 +70,8 @@ impl World {
         Some(rebuild.report(self.edits.remaining_blocks(), start))
     }
 
-    /// Starts to build the world again on another thread, if that would take longer than a share of a budget. Returns the report
-    /// of the call.
+    /// Starts to build the world again on another thread. Waits for it as long as a budget lasts, if it seems to be enough. Returns
+    /// the report of the call, or `None` if the world is to be built on this thread.
     pub(super) fn rebuild_beside(
         &mut self,
         scene: &Scene,
@@ -79,7 +79,10 @@ impl World {
         (max_ms, start): (f64, Instant),
     ) -> Result<Option<EditReport>, BuildError> {
         let fits = self.rebuild_ms <= SHARE_OF_BUDGET * max_ms;
-        if fits || self.lacks_room_beside || self.device.is_specialized() {
+        let voxel_grid = self.device.voxel_grid();
+        // A program alone is ready sooner than a thread.
+        let is_here = fits && (voxel_grid.is_none() || max_ms == f64::INFINITY);
+        if is_here || self.lacks_room_beside || self.device.is_specialized() {
             return Ok(None);
         }
         if self.edits.tables().is_some() {
@@ -90,7 +93,7 @@ impl World {
         let order = RebuildOrder {
             engine: self.engine.clone(),
             device: self.device.beside()?,
-            target: (self.representation, self.device.voxel_grid()),
+            target: (self.representation, voxel_grid),
             reason,
             is_lit: self.light.is_baked(),
             margins: self.edits.request_margins(scene, self.known_program()),
@@ -98,8 +101,12 @@ impl World {
         let Some(rebuild) = BackgroundRebuild::start(order, scene) else {
             return Ok(None);
         };
+        let is_finished = fits && rebuild.is_finished_within(max_ms, start);
         let report = rebuild.report(self.edits.remaining_blocks(), start);
         self.rebuild = Some(rebuild);
+        if is_finished && let Some(reason) = self.take_over_rebuild(scene)? {
+            return Ok(Some(EditReport::of_rebuild(reason, start)));
+        }
         Ok(Some(report))
     }
 
