@@ -12,9 +12,6 @@ use argil_math::Aabb;
 use glam::IVec3;
 use web_time::Instant;
 
-/// Pages that a thread bakes between two looks at the clock.
-const PAGES_AT_ONCE: usize = 4;
-
 impl Levels {
     /// Grows to another box of the same voxels. Samples nothing.
     pub(super) fn grow_to(&mut self, layout: LevelsLayout) {
@@ -96,14 +93,19 @@ impl Levels {
         let before = self.brick_count();
         let context = PageContext::new(&program, &self.layout);
         let mut done = EditStats::default();
-        let is_short = until.is_none() || self.is_short(edits);
+        let pages = until.map(|_| self.touched_pages(edits));
+        let is_short = pages.is_none_or(|pages| pages <= edits.pages_within(until));
         let known = edits.has_known_changes() && is_short;
         match live.changes().filter(|_| known) {
             Some(touched) => {
                 let mut previous = Vec::new();
                 live.previous_instructions(&mut previous);
                 let lists = [program.instructions(), &previous];
+                let start = Instant::now();
                 self.edit_affected::<T>(&context, touched, lists, &mut done);
+                if let Some(pages) = pages {
+                    edits.note_duration(start.elapsed(), pages);
+                }
                 edits.clear();
             }
             None => self.edit_boxes::<T>(&context, edits, until, &mut done),
@@ -119,11 +121,11 @@ impl Levels {
         Ok(done)
     }
 
-    /// Whether boxes reach so few pages that there is no need to look at the clock.
-    fn is_short(&self, edits: &LevelsPendingEdits) -> bool {
+    /// Returns the number of pages that boxes reach.
+    fn touched_pages(&self, edits: &LevelsPendingEdits) -> usize {
         let levels = 0..self.layout.count();
         let pages = levels.map(|level| self.touched(level, edits.boxes(level)).len());
-        pages.sum::<usize>() <= PAGES_AT_ONCE * rayon::current_num_threads()
+        pages.sum()
     }
 
     /// Bakes again all resident pages that boxes reach, level by level, until a point in time.
@@ -134,23 +136,26 @@ impl Levels {
         until: Option<Instant>,
         done: &mut EditStats,
     ) {
-        let at_once = match until {
-            Some(_) => PAGES_AT_ONCE * rayon::current_num_threads(),
-            None => usize::MAX,
-        };
+        let threads = rayon::current_num_threads();
         let mut has_baked = false;
         for level in (0..self.layout.count()).rev() {
             let mut slots = self.touched(level, edits.boxes(level));
             slots.retain(|&slot| !edits.has_baked(&self.pages[slot as usize]));
-            for slots in slots.chunks(at_once) {
-                if has_baked && until.is_some_and(|until| Instant::now() >= until) {
+            let mut left = &slots[..];
+            while !left.is_empty() {
+                let fit = edits.pages_within(until);
+                if has_baked && fit == 0 {
                     return;
                 }
                 has_baked = true;
+                let start = Instant::now();
+                let (slots, later) = left.split_at(left.len().min(fit.max(threads)));
                 edits.note_baked(slots.iter().map(|&slot| self.pages[slot as usize]));
                 let cells: Vec<u8> = slots.iter().map(|&slot| self.known_cells(slot)).collect();
                 let baked = self.bake_pages::<T>(context, slots, &cells);
                 self.replace_cells(slots, &baked, &vec![u8::MAX; slots.len()], done);
+                edits.note_duration(start.elapsed(), slots.len());
+                left = later;
             }
             edits.finish(level);
         }

@@ -8,6 +8,7 @@ use argil_math::Aabb;
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashSet;
 use std::any::Any;
+use web_time::{Duration, Instant};
 
 /// The layout of levels, and the boxes in which edits changed what each level stores.
 #[derive(Debug)]
@@ -20,7 +21,12 @@ pub struct LevelsPendingEdits {
     has_known_changes: bool,
     /// The pages that are baked already, of the level that ran out of time.
     baked: FxHashSet<(u32, IVec3)>,
+    /// How long a thread took for a page lately, if it is known.
+    page_time: Option<Duration>,
 }
+
+/// Maximum pages that a thread bakes between two looks at the clock.
+const PAGES_AT_ONCE: usize = 4;
 
 /// Maximum pages along a side of the coarsest level. A world that grows beyond it is built again, with more levels.
 const MAX_ROOT_PAGES: i32 = 16;
@@ -33,6 +39,7 @@ impl LevelsPendingEdits {
             is_outgrown: false,
             has_known_changes: false,
             baked: FxHashSet::default(),
+            page_time: None,
         }
     }
 
@@ -69,6 +76,26 @@ impl LevelsPendingEdits {
     /// Whether a page was baked before time ran out.
     pub(super) fn has_baked(&self, page: &Page) -> bool {
         self.baked.contains(&(page.level, page.place()))
+    }
+
+    /// Returns how many pages to bake before the next look at the clock: 0 if one would take longer than there is time.
+    pub(super) fn pages_within(&self, until: Option<Instant>) -> usize {
+        let Some(until) = until else {
+            return usize::MAX;
+        };
+        let left = until.saturating_duration_since(Instant::now());
+        let of_each = match self.page_time {
+            Some(time) => (left.as_nanos() / time.as_nanos().max(1)) as usize,
+            None => usize::from(!left.is_zero()),
+        };
+        of_each.min(PAGES_AT_ONCE) * rayon::current_num_threads()
+    }
+
+    /// Notes how long it took to bake pages.
+    pub(super) fn note_duration(&mut self, duration: Duration, pages: usize) {
+        let rounds = pages.div_ceil(rayon::current_num_threads()).max(1);
+        let before = self.page_time.unwrap_or_default() / 2;
+        self.page_time = Some((duration / rounds as u32).max(before));
     }
 
     /// Notes pages that are baked. From now on, boxes tell what remains.
