@@ -46,8 +46,8 @@ fn on_shell(numbers: &mut CaseRng, half: f32) -> [f32; 3] {
 /// Moves a brush back and forth. Returns the milliseconds of each edit, and the part of the scene.
 fn nudge(scene: &mut Scene, clay: &mut EditRig, node: NodeId, by: f32, times: usize) -> Vec<f64> {
     let mut all = Vec::new();
-    for nth in 0..times {
-        let step = if nth % 2 == 0 { by } else { -by };
+    for index in 0..times {
+        let step = if index % 2 == 0 { by } else { -by };
         let by = Modifier::Translate {
             by: [step, 0.0, 0.5 * step],
         };
@@ -149,12 +149,12 @@ fn session() {
     let mut numbers = CaseRng::new(8);
     let at_first = clay.memory_bytes();
     let mut all = Vec::new();
-    for nth in 0..1000 {
+    for index in 0..1000 {
         let size = numbers.between(0.05, 0.08);
         let mut brush = Brush::new(Shape::sphere(size))
             .at(numbers.point(0.6).to_array())
             .smooth(0.02);
-        if nth % 2 == 1 {
+        if index % 2 == 1 {
             brush = brush.subtract();
         }
         let start = Instant::now();

@@ -225,8 +225,8 @@ impl EditRig {
         let mut wrong = 0;
         let mut first = None;
         for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
-            for nth in 0..64 {
-                let inner = IVec3::new(nth % 4, nth / 4 % 4, nth / 16);
+            for index in 0..64 {
+                let inner = IVec3::new(index % 4, index / 4 % 4, index / 16);
                 let cell = 4 * block + inner;
                 let pair = (own.cell(cell), fresh.cell(cell));
                 if matches!(pair.0, BrickCell::Brick(_)) != matches!(pair.1, BrickCell::Brick(_)) {

@@ -158,8 +158,8 @@ pub fn universal() -> Scene {
 /// Returns one scene of some cases, each in a group of its own, beside each other.
 pub fn side_by_side(cases: &[SceneCase]) -> Scene {
     let mut scene = Scene::new();
-    for (nth, case) in (0u8..).zip(cases) {
-        let group = Group::new().at([1.5 * f32::from(nth), 0.0, 0.0]);
+    for (index, case) in (0u8..).zip(cases) {
+        let group = Group::new().at([1.5 * f32::from(index), 0.0, 0.0]);
         let group = push(&mut scene, Scene::ROOT, group);
         for &child in case.scene.node(Scene::ROOT).children() {
             copy(&case.scene, child, &mut scene, group);

@@ -20,8 +20,8 @@ const HALF: f32 = 1.5;
 /// Iterates over samples within the bounds, in a random order that is always the same.
 fn samples(voxel: f32, count: usize) -> impl Iterator<Item = Vec3> {
     let side = (HALF / voxel) as u32 * 2 - 1;
-    (0..count as u32).map(move |nth| {
-        let random = nth.wrapping_mul(0x9e37_79b9) >> 3;
+    (0..count as u32).map(move |index| {
+        let random = index.wrapping_mul(0x9e37_79b9) >> 3;
         let place = [random, random / side, random / side / side].map(|c| (c % side) as i32);
         (IVec3::from(place) - side as i32 / 2).as_vec3() * voxel
     })
@@ -37,15 +37,15 @@ fn at(evaluator: &mut Evaluator<'_>, p: Vec3) -> (f32, [f32; 5]) {
 
 /// Gives most nodes of a scene one of ten materials.
 fn color(scene: &mut Scene, random: &mut RandomTables) -> Outcome {
-    let name = |nth: usize| format!("material {nth}");
-    for nth in 0..10 {
-        let share = nth as f32 / 9.0;
+    let name = |index: usize| format!("material {index}");
+    for index in 0..10 {
+        let share = index as f32 / 9.0;
         let material = Material {
             base_color: [share, 1.0 - share, (3.0 * share).fract()],
             roughness: 0.3 + 0.5 * share,
             ..Material::default()
         };
-        scene.set_material(name(nth), material)?;
+        scene.set_material(name(index), material)?;
     }
     for node in scene.iter().collect::<Vec<_>>() {
         if node != Scene::ROOT && random.chance(0.7) {
@@ -147,11 +147,11 @@ fn arena() -> Result<Scene, argil::scene::EditError> {
 }
 
 /// Returns the next step of a game: most carve, some fill.
-fn step(random: &mut RandomTables, nth: usize) -> Brush {
+fn step(random: &mut RandomTables, index: usize) -> Brush {
     let [x, y, z] = random.point(1.2);
     let ball = Brush::new(Shape::sphere(0.08 + 0.1 * random.point(1.0)[0].abs()));
     let ball = ball.at([x, 0.4 * y.abs(), z]);
-    match nth % 4 {
+    match index % 4 {
         0 => ball.smooth(0.05).with_material("grass"),
         1 => ball.subtract(),
         _ => ball.subtract().smooth(0.04),
@@ -168,8 +168,8 @@ fn a_thousand_steps_are_those_of_the_whole_history() -> Outcome {
         ..HistoryLimit::default()
     });
     let mut random = RandomTables::new(3);
-    for nth in 0..1000 {
-        let step = step(&mut random, nth);
+    for index in 0..1000 {
+        let step = step(&mut random, index);
         game.push(step.clone())?;
         whole.push(step)?;
         let entries = game.node(Scene::ROOT).children().len();
@@ -211,11 +211,15 @@ fn samples_do_not_grow_with_folds() -> Outcome {
     let mut words = Vec::new();
     let mut solid = Vec3::ZERO;
     for fold in 0..24 {
-        for nth in 0..50 {
+        for index in 0..50 {
             let [x, y, z] = random.point(1.0);
             let ball = Brush::new(Shape::sphere(0.09)).at([1.3 * x, 0.5 * y, 1.3 * z]);
             let ball = ball.smooth(0.03);
-            scene.push(if nth % 2 == 0 { ball.subtract() } else { ball })?;
+            scene.push(if index % 2 == 0 {
+                ball.subtract()
+            } else {
+                ball
+            })?;
         }
         let before = Program::lower(&scene)?;
         let bake = bake_history(&scene, usize::MAX, voxel, &Control::default())?;
@@ -267,8 +271,8 @@ fn worlds_follow_a_fold() -> Outcome {
         let via = BricksOptions::from(resolution);
         let mut world = engine.build(&scene)?.with_representation(via)?;
         let mut random = RandomTables::new(5);
-        for nth in 0..60 {
-            scene.push(step(&mut random, nth))?;
+        for index in 0..60 {
+            scene.push(step(&mut random, index))?;
         }
         // The world does not see some of them before they are gone.
         let bake = bake_history(&scene.snapshot(), 50, HALF / 32.0, &Control::default())?;
@@ -303,12 +307,12 @@ fn edits_among_samples_are_those_of_a_bake() -> Outcome {
         via.settings.encoding.format = format;
         let mut world = Engine::cpu().build(&scene)?.with_representation(via)?;
         let mut random = RandomTables::new(17);
-        for nth in 0..120 {
+        for index in 0..120 {
             // One to three brushes at once, hard and smooth.
-            for one in 0..1 + nth % 3 {
-                scene.push(step(&mut random, nth + one))?;
+            for one in 0..1 + index % 3 {
+                scene.push(step(&mut random, index + one))?;
             }
-            if nth % 40 == 20 {
+            if index % 40 == 20 {
                 world.apply(&scene)?;
                 let lattice = world.sample_lattice().ok_or("samples")?;
                 let bake = bake_history(&scene, 30, lattice, &Control::default())?;
@@ -317,9 +321,9 @@ fn edits_among_samples_are_those_of_a_bake() -> Outcome {
                 have_same_samples(&before, &Program::lower(&scene)?, lattice);
             }
             world.apply(&scene)?;
-            if nth % 10 == 9 {
+            if index % 10 == 9 {
                 let differing = world.diff_from_rebuild()?;
-                assert_eq!(differing, Some(0), "{brick_size_voxels}, {nth}");
+                assert_eq!(differing, Some(0), "{brick_size_voxels}, {index}");
             }
         }
     }
@@ -330,8 +334,8 @@ fn edits_among_samples_are_those_of_a_bake() -> Outcome {
 fn have_same_samples(before: &Program, after: &Program, lattice: SampleLattice) {
     let [mut before, mut after] = [Evaluator::new(before), Evaluator::new(after)];
     let mut near = 0;
-    for nth in 0..56 * 56 * 28u32 {
-        let place = UVec3::new(nth % 56, nth / 56 % 28, nth / 56 / 28);
+    for index in 0..56 * 56 * 28u32 {
+        let place = UVec3::new(index % 56, index / 56 % 28, index / 56 / 28);
         let p = lattice.origin + lattice.voxel_size * place.as_vec3();
         let [(d, _), (sampled, _)] = [at(&mut before, p), at(&mut after, p)];
         if d.abs() < lattice.voxel_size {
@@ -361,8 +365,8 @@ fn lattices_are_where_samples_are() -> Outcome {
         };
         measured.push(name);
         let mut errors = [0.0f32; 2];
-        for nth in 0..200u32 {
-            let place = UVec3::new(9 + nth % 7, 10 + nth / 7 % 6, nth % 5).as_vec3();
+        for index in 0..200u32 {
+            let place = UVec3::new(9 + index % 7, 10 + index / 7 % 6, index % 5).as_vec3();
             for (error, off) in errors.iter_mut().zip([0.0, 0.5]) {
                 let p = lattice.origin + lattice.voxel_size * (place + off);
                 let stored = volume.distance(p.to_array());

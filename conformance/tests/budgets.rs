@@ -71,14 +71,14 @@ fn random_logs_end_as_without_a_budget() -> Outcome {
             }
             let build = || engine.build(&scene)?.with_representation(via);
             let (mut world, mut other) = (build()?, build()?);
-            for nth in 0..edits {
+            for index in 0..edits {
                 tables.edit(&mut scene);
                 if is_slow(&scene) {
                     scene.undo();
                 }
                 world.apply_within(&scene, SHORT)?;
                 other.apply(&scene)?;
-                match nth % 6 {
+                match index % 6 {
                     2 => _ = world.flush()?,
                     5 => _ = finish(&mut world, &scene)?,
                     _ => continue,
@@ -88,17 +88,17 @@ fn random_logs_end_as_without_a_budget() -> Outcome {
                 assert_eq!(
                     world.scene().to_json(),
                     scene.to_json(),
-                    "{name}, edit {nth}"
+                    "{name}, edit {index}"
                 );
                 if matches!(via, Representation::Bricks(_)) {
-                    assert_eq!(world.diff_from_rebuild()?, Some(0), "{name}, edit {nth}");
+                    assert_eq!(world.diff_from_rebuild()?, Some(0), "{name}, edit {index}");
                 }
                 let [own, theirs] = [picture(&mut world)?, picture(&mut other)?];
                 let apart = own.iter().zip(&theirs).filter(|(a, b)| a.abs_diff(**b) > 2);
                 let apart = apart.count();
                 assert!(
                     apart * 200 <= own.len(),
-                    "{name}, edit {nth}: {apart} bytes"
+                    "{name}, edit {index}: {apart} bytes"
                 );
             }
         }
@@ -173,12 +173,12 @@ fn the_first_chamfer_and_a_new_material_change_in_place() -> Outcome {
         // More than a number of steep brushes are treated as one.
         let count = if engine.gpu_kind().is_some() { 8 } else { 70 };
         let mut world = engine.build(&scene)?.bricks(32)?;
-        for nth in 0..count {
-            let at = [0.014 * nth as f32 - 0.5, 0.2, 0.3];
+        for index in 0..count {
+            let at = [0.014 * index as f32 - 0.5, 0.2, 0.3];
             let mut brush = Brush::new(Shape::sphere(0.06)).at(at).chamfer(0.002);
-            if nth % 9 == 0 {
-                let name = format!("{} red", 9 - nth / 9);
-                let base_color = [0.1 * (nth / 9) as f32, 0.2, 0.1];
+            if index % 9 == 0 {
+                let name = format!("{} red", 9 - index / 9);
+                let base_color = [0.1 * (index / 9) as f32, 0.2, 0.1];
                 scene.set_material(
                     &name,
                     Material {
@@ -190,9 +190,9 @@ fn the_first_chamfer_and_a_new_material_change_in_place() -> Outcome {
             }
             scene.push(brush)?;
             let report = world.apply(&scene)?;
-            assert!(!report.rebuilt, "{nth}: {:?}", report.reason);
-            if nth % 23 == 0 || nth > 62 {
-                assert_eq!(world.diff_from_rebuild()?, Some(0), "{nth}");
+            assert!(!report.rebuilt, "{index}: {:?}", report.reason);
+            if index % 23 == 0 || index > 62 {
+                assert_eq!(world.diff_from_rebuild()?, Some(0), "{index}");
             }
         }
         while scene.undo().is_some() {}

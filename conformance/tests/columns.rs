@@ -10,9 +10,9 @@ use argil_volume::{
 };
 use glam::{IVec3, UVec3, Vec3};
 
-fn shape(numbers: &mut CaseRng, nth: usize) -> Shape {
+fn shape(numbers: &mut CaseRng, index: usize) -> Shape {
     let mut size = || numbers.between(0.1, 0.35);
-    match nth % 8 {
+    match index % 8 {
         0 => Shape::sphere(size()),
         1 => Shape::rounded_box([size(), size(), size()], 0.03),
         2 => Shape::cylinder(size(), size()),
@@ -35,8 +35,8 @@ fn shape(numbers: &mut CaseRng, nth: usize) -> Shape {
 /// Adds brushes and groups in groups.
 fn fill(scene: &mut Scene, group: NodeId, depth: u32, numbers: &mut CaseRng, kinds: usize) {
     for _ in 0..3 {
-        let nth = (numbers.between(0.0, 1.0) * kinds as f32) as usize;
-        let mut brush = Brush::new(shape(numbers, nth)).smooth(numbers.between(0.0, 0.1));
+        let index = (numbers.between(0.0, 1.0) * kinds as f32) as usize;
+        let mut brush = Brush::new(shape(numbers, index)).smooth(numbers.between(0.0, 0.1));
         if numbers.between(0.0, 1.0) < 0.5 {
             brush = brush
                 .rotated(numbers.point(1.0).to_array(), numbers.between(0.0, 360.0))

@@ -100,11 +100,11 @@ fn sculpt_on(
     let materials: Vec<String> = scene.materials().keys().cloned().collect();
     let mut clay = EditRig::on(gpu, scene, resolution, settings);
     assert_eq!(clay.differing(scene), 0, "{name}");
-    for nth in 0..edits {
+    for index in 0..edits {
         disturb(scene, &mut numbers, &materials);
         clay.follow(scene);
-        if nth % period == period - 1 {
-            assert_eq!(clay.differing(scene), 0, "{name}, edit {nth}");
+        if index % period == period - 1 {
+            assert_eq!(clay.differing(scene), 0, "{name}, edit {index}");
         }
     }
     // All the way back, and forth again.
@@ -191,8 +191,8 @@ fn appended_brushes_are_followed() {
         };
         let mut clay = EditRig::of(&mut scene, 80, &settings);
         let shapes = shapes();
-        for nth in 0..36 {
-            for _ in 0..1 + nth % 3 {
+        for index in 0..36 {
+            for _ in 0..1 + index % 3 {
                 let (_, shape) = &shapes[(numbers.unit() * shapes.len() as f32) as usize];
                 let mut brush = Brush::new(shape.clone())
                     .scaled(numbers.between(0.1, 0.5))
@@ -206,8 +206,8 @@ fn appended_brushes_are_followed() {
                 let _ = scene.push(brush);
             }
             clay.follow(&mut scene);
-            if nth % 6 == 5 {
-                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
+            if index % 6 == 5 {
+                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {index}");
             }
         }
     }
@@ -253,13 +253,13 @@ fn appended_brushes_among_many_are_followed() {
             ..BrickSettings::default()
         };
         let mut clay = EditRig::of(&mut scene, 96, &settings);
-        for nth in 0..24 {
-            for _ in 0..1 + nth % 3 {
+        for index in 0..24 {
+            for _ in 0..1 + index % 3 {
                 put(&mut scene, &mut numbers, 0.03, 0.4);
             }
             clay.follow(&mut scene);
-            if nth % 4 == 3 {
-                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
+            if index % 4 == 3 {
+                assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {index}");
             }
         }
     }
@@ -293,15 +293,20 @@ fn a_brush_in_a_hole_appears_with_the_hole() {
             desc: hole.subtract().into(),
         };
         scene.apply(insert).expect("an edit");
-        for nth in 0..2 {
+        for round in 0..2 {
             clay.follow(&mut scene);
-            assert_eq!(clay.differing(&scene), 0, "{nth}, done {:?}", clay.rebakes);
+            assert_eq!(
+                clay.differing(&scene),
+                0,
+                "{round}, done {:?}",
+                clay.rebakes
+            );
             assert!(scene.undo().is_some());
             clay.follow(&mut scene);
             assert_eq!(
                 clay.differing(&scene),
                 0,
-                "{nth}, undone {:?}",
+                "{round}, undone {:?}",
                 clay.rebakes
             );
             assert!(scene.redo().is_some());
@@ -458,13 +463,13 @@ fn contents_of_groups_are_edited_in_place() {
         };
         // A list is of a part of 64 voxels.
         let mut clay = EditRig::on(None, &mut scene, 512, &settings);
-        for nth in 0..40 {
-            for _ in 0..=nth % 3 {
+        for index in 0..40 {
+            for _ in 0..=index % 3 {
                 disturb_groups(&mut scene, &mut numbers);
                 edits += 1;
             }
             clay.follow(&mut scene);
-            assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {nth}");
+            assert_eq!(clay.differing(&scene), 0, "seed {seed}, edit {index}");
         }
         while scene.undo().is_some() {}
         clay.follow(&mut scene);

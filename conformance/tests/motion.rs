@@ -118,9 +118,9 @@ fn one_thing_moves_in_a_piece() {
     let balls = |count: u16| {
         let mut scene = Scene::new();
         let group = scene.push(Group::new().smooth(0.02)).expect("a group").node;
-        let at = |nth: u16| [0.001 * f32::from(nth), 0.3 * f32::from(nth % 2), 0.0];
-        let all = (0..count).map(|nth| {
-            let ball = Brush::new(Shape::sphere(0.1)).at(at(nth));
+        let at = |number: u16| [0.001 * f32::from(number), 0.3 * f32::from(number % 2), 0.0];
+        let all = (0..count).map(|number| {
+            let ball = Brush::new(Shape::sphere(0.1)).at(at(number));
             scene.push_into(group, ball).expect("a ball").node
         });
         let all: Vec<_> = all.collect();

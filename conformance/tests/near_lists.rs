@@ -73,7 +73,7 @@ fn lists_have_the_bits_of_the_whole_program() {
         [0; 2].map(|_| GpuProgram::new(gpu.clone(), &universal, false).expect("a field"))
     });
     let mut checked = 0;
-    for (nth, SceneCase { name, scene }) in (0..).zip(cases()) {
+    for (index, SceneCase { name, scene }) in (0..).zip(cases()) {
         // Random numbers may bend what is infinite.
         let Ok(program) = Program::lower(&scene) else {
             continue;
@@ -83,12 +83,12 @@ fn lists_have_the_bits_of_the_whole_program() {
         }
         checked += 1;
         let mut asked = poison();
-        let mut random = points(POINTS, nth);
+        let mut random = points(POINTS, index);
         for (k, point) in random.iter_mut().enumerate() {
             point[0] += 1.5 * (k % 5) as f32;
         }
         asked.extend(random);
-        let fields = &mut fields[nth as usize % 2];
+        let fields = &mut fields[index as usize % 2];
         for field in fields.iter_mut() {
             field.update(&program).expect("a field");
         }
@@ -97,7 +97,7 @@ fn lists_have_the_bits_of_the_whole_program() {
             .each_ref()
             .map(|field| field.evaluate(&asked).wait().expect("answers"));
         let differing = differing(&by_lists, &whole);
-        assert_eq!(differing, 0, "{name}: {nth}");
+        assert_eq!(differing, 0, "{name}: {index}");
     }
     assert!(checked > 40, "{checked} cases");
 }

@@ -15,10 +15,10 @@ fn scene(size: f32) -> Scene {
             r#"{{"pattern": {{"type": {pattern}}}, "size": {size}, "space": "{space}", "high": "#
         )
     };
-    let material = |nth: usize, pattern: &str, space: &str| {
+    let material = |index: usize, pattern: &str, space: &str| {
         let own = texture(pattern, space);
         format!(
-            r#""m{nth}": {{"textures": {{"base_color": {own}[0.9, 0.5, 0.2]}}, "roughness": {own}0.7}}, "metallic": {own}1}}, "bump": {own}0.1}}}}}}"#
+            r#""m{index}": {{"textures": {{"base_color": {own}[0.9, 0.5, 0.2]}}, "roughness": {own}0.7}}, "metallic": {own}1}}, "bump": {own}0.1}}}}}}"#
         )
     };
     let patterns = [
@@ -37,24 +37,24 @@ fn scene(size: f32) -> Scene {
     let materials: Vec<String> = patterns
         .iter()
         .enumerate()
-        .map(|(nth, (pattern, space))| material(nth, pattern, space))
+        .map(|(index, (pattern, space))| material(index, pattern, space))
         .collect();
     let brushes: Vec<String> = (0..patterns.len())
-        .map(|nth| {
-            let shape = match nth % 3 {
+        .map(|index| {
+            let shape = match index % 3 {
                 0 => r#"{"type": "box", "half_size": [0.3, 0.25, 0.2]}"#,
                 1 => r#"{"type": "sphere", "radius": 0.3}"#,
                 _ => r#"{"type": "torus", "major_radius": 0.3, "minor_radius": 0.12}"#,
             };
-            let turn = 37 * nth;
-            let (x, z) = (0.4 * (nth % 4) as f32 - 0.6, 0.5 * (nth / 4) as f32 - 0.3);
-            let twist = if nth == 3 {
+            let turn = 37 * index;
+            let (x, z) = (0.4 * (index % 4) as f32 - 0.6, 0.5 * (index / 4) as f32 - 0.3);
+            let twist = if index == 3 {
                 r#"{"type": "twist", "degrees_per_unit": 60},"#
             } else {
                 ""
             };
             format!(
-                r#"{{"shape": {shape}, "material": "m{nth}", "blend": 0.08, "modifiers": [{twist}{{"type": "scale", "by": 1.1}},
+                r#"{{"shape": {shape}, "material": "m{index}", "blend": 0.08, "modifiers": [{twist}{{"type": "scale", "by": 1.1}},
                 {{"type": "rotate", "axis": [1, 2, 0.5], "degrees": {turn}}}, {{"type": "translate", "by": [{x}, 0.05, {z}]}}]}}"#
             )
         })
@@ -68,7 +68,7 @@ fn scene(size: f32) -> Scene {
     let image = SceneImage {
         size: [5, 3],
         pixels: (0..15u8)
-            .map(|nth| [0.9, 0.3, 0.6].map(|c: f32| (c * f32::from(nth + 1) * 0.37).fract()))
+            .map(|index| [0.9, 0.3, 0.6].map(|c: f32| (c * f32::from(index + 1) * 0.37).fract()))
             .collect(),
     };
     scene.set_image("a.png", &Arc::new(image));

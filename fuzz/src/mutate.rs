@@ -80,8 +80,8 @@ impl Mutator {
 
     /// Returns the next input: a seed with one to six changes.
     pub fn next_input(&mut self) -> Vec<u8> {
-        let nth = self.below(self.seeds.len());
-        let mut bytes = self.seeds.get(nth).cloned().unwrap_or_default();
+        let index = self.below(self.seeds.len());
+        let mut bytes = self.seeds.get(index).cloned().unwrap_or_default();
         for _ in 0..=self.below(6) {
             self.change(&mut bytes);
         }
@@ -119,8 +119,8 @@ impl Mutator {
                 bytes.splice(at..at, word.bytes());
             }
             _ => {
-                let nth = self.below(self.seeds.len());
-                let other = self.seeds.get(nth).cloned().unwrap_or_default();
+                let index = self.below(self.seeds.len());
+                let other = self.seeds.get(index).cloned().unwrap_or_default();
                 let from = self.below(other.len());
                 bytes.truncate(at);
                 bytes.extend_from_slice(&other[from..]);

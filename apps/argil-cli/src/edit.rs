@@ -91,13 +91,13 @@ pub(crate) fn run(options: &EditArgs) -> anyhow::Result<()> {
 
 /// Checks the outputs before any work.
 fn check_outputs(options: &EditArgs, outputs: &[&Path]) -> anyhow::Result<()> {
-    for (nth, path) in outputs.iter().enumerate() {
+    for (index, path) in outputs.iter().enumerate() {
         output::check_place(path, &options.edits)?;
         // A scene can be written back to its own file; other outputs cannot replace the input.
         if options.scene_output.as_deref() != Some(*path) {
             output::check_place(path, &options.scene)?;
         }
-        for other in &outputs[..nth] {
+        for other in &outputs[..index] {
             ensure!(
                 !output::is_same_place(path, other),
                 "{}: two outputs would be written to this file: name another",
@@ -136,14 +136,14 @@ fn replay(
     let file = std::fs::File::open(&options.edits).with_context(|| path.to_string())?;
     let mut applied = Vec::new();
     let mut file = BufReader::new(file);
-    for nth in 1.. {
-        let place = || format!("{path}:{nth}");
+    for index in 1.. {
+        let place = || format!("{path}:{index}");
         let Some(line) = next_line(&mut file).with_context(place)? else {
             break;
         };
         // Some editors write a byte order mark.
         let line = match line.strip_prefix('\u{feff}') {
-            Some(rest) if nth == 1 => rest.to_owned(),
+            Some(rest) if index == 1 => rest.to_owned(),
             _ => line,
         };
         if line.trim().is_empty() {

@@ -37,8 +37,8 @@ pub(crate) fn draw(image: &mut RenderedImage) {
         let x = unit + bar * third / 3;
         fill(image, [x, top], [scale, 7 * scale], WHITE);
         let number = (most * third / 3).to_string();
-        for (nth, digit) in (0..).zip(number.bytes()) {
-            let left = x + nth * unit;
+        for (index, digit) in (0..).zip(number.bytes()) {
+            let left = x + index * unit;
             draw_digit(image, [left, top + 8 * scale], scale, digit - b'0');
         }
     }

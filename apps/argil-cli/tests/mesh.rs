@@ -30,10 +30,10 @@ fn lists_of_formats_are_complete() {
         page(&format!("{python}_output.py")),
         page(&format!("{python}_sdf3.py")),
     ];
-    for (nth, text) in pages.iter().enumerate() {
+    for (index, text) in pages.iter().enumerate() {
         for format in MeshFormat::all() {
             let is_listed = text.contains(&format!(".{}", format.extension()));
-            assert!(is_listed, "{format:?} in page {nth}");
+            assert!(is_listed, "{format:?} in page {index}");
         }
     }
 }

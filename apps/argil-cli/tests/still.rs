@@ -160,7 +160,7 @@ fn the_gallery_is_rendered() {
         ];
         argil(&[&["render", &own, "-o", &path], &size[..]].concat());
         let picture = image::open(&path).expect("a picture").into_rgba8();
-        let alpha = |nth: fn(u8) -> bool| picture.pixels().any(|pixel| nth(pixel.0[3]));
+        let alpha = |index: fn(u8) -> bool| picture.pixels().any(|pixel| index(pixel.0[3]));
         assert!(alpha(|a| a == 255), "{name}");
         assert!(alpha(|a| a == 0), "{name}");
     }

@@ -101,16 +101,16 @@ fn killed_workers_come_back_and_make_the_same_world() {
     let mut workers: Vec<Child> = shards.map(|shard| own.worker(&many, shard)).into();
     for _ in 0..20 {
         std::thread::sleep(Duration::from_millis(random() % 60));
-        let nth = random() as usize % workers.len();
+        let index = random() as usize % workers.len();
         // It may be done already.
-        let _ = workers[nth].kill();
-        let _ = workers[nth].wait();
+        let _ = workers[index].kill();
+        let _ = workers[index].wait();
         // What is there was never half written.
         for (name, bytes) in contents(&own.world(&many)) {
             let whole = std::fs::read(own.world(&one).join(&name)).expect("the same object");
             assert!(whole == bytes, "{name:?}");
         }
-        workers[nth] = own.worker(&many, shards[nth]);
+        workers[index] = own.worker(&many, shards[index]);
     }
     for mut worker in workers {
         assert!(worker.wait().expect("an end").success());
@@ -180,13 +180,13 @@ fn stored_worlds_are_rendered() {
     assert!(found["tile_requests"].as_u64() > Some(0) && found["tiles_missing"] == 0);
 
     let tiles = own.world(&store).join("tiles/0");
-    for (nth, entry) in std::fs::read_dir(tiles)
+    for (index, entry) in std::fs::read_dir(tiles)
         .expect("tiles")
         .flatten()
         .enumerate()
     {
         // Some are gone, and some are damaged.
-        if nth % 2 == 0 {
+        if index % 2 == 0 {
             std::fs::remove_file(entry.path()).expect("a tile");
         } else {
             let bytes = std::fs::read(entry.path()).expect("a tile");

@@ -45,20 +45,20 @@ impl Lighting {
             return;
         };
         let mut removed = None;
-        for (nth, light) in lights.iter_mut().enumerate() {
+        for (index, light) in lights.iter_mut().enumerate() {
             let kind = kind_of(light);
-            let name = format!("{} {}", humanize(kind), nth + 1);
+            let name = format!("{} {}", humanize(kind), index + 1);
             egui::CollapsingHeader::new(&name)
-                .id_salt(("light", nth))
+                .id_salt(("light", index))
                 .show(ui, |ui| {
                     edit_fields(ui, &name, light, |key| self.docs.of("Light", kind, key));
                     if ui.button("Remove").clicked() {
-                        removed = Some(nth);
+                        removed = Some(index);
                     }
                 });
         }
-        if let Some(nth) = removed {
-            lights.remove(nth);
+        if let Some(index) = removed {
+            lights.remove(index);
         }
         if lights.len() >= MAX_LIGHTS {
             return;

@@ -81,7 +81,7 @@ const PATTERNS: [&str; 7] = [
     "Checker", "Stripes", "Noise", "Wood", "Marble", "Brick", "Image",
 ];
 
-fn nth_of(pattern: &Pattern) -> usize {
+fn pattern_index(pattern: &Pattern) -> usize {
     match pattern {
         Pattern::Checker => 0,
         Pattern::Stripes => 1,
@@ -100,10 +100,10 @@ fn pattern(
     own: &mut Pattern,
     space: &mut TextureSpace,
 ) {
-    let mut nth = nth_of(own);
+    let mut index = pattern_index(own);
     ui.horizontal(|ui| {
         let all = 0..PATTERNS.len();
-        choice(ui, name, &mut nth, all, |&nth| PATTERNS[nth].into());
+        choice(ui, name, &mut index, all, |&index| PATTERNS[index].into());
         let spaces = [TextureSpace::Brush, TextureSpace::World];
         choice(ui, &format!("{name} moves with"), space, spaces, |space| {
             let word = match space {
@@ -113,8 +113,8 @@ fn pattern(
             word.into()
         });
     });
-    if nth != nth_of(own) {
-        *own = match nth {
+    if index != pattern_index(own) {
+        *own = match index {
             0 => Pattern::Checker,
             1 => Pattern::Stripes,
             2 => Pattern::Noise { octaves: 4 },
@@ -134,6 +134,6 @@ fn pattern(
             format!("{mapping:?}")
         });
     }
-    let kind = PATTERNS[nth].to_lowercase();
+    let kind = PATTERNS[index].to_lowercase();
     edit_fields(ui, name, own, |key| docs.of("Pattern", &kind, key));
 }

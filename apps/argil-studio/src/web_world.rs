@@ -65,10 +65,10 @@ async fn read(ctx: &egui::Context, folder: &str) -> anyhow::Result<FoundWorld> {
     let (_, manifest) = manifest.context("there is no manifest.json of a finished world")?;
     let plan = Manifest::from_bytes(&manifest, &format!("{folder}/manifest.json"))?.plan;
     let mut planned = plan.scene()?;
-    for (nth, name) in plan.mesh_names().enumerate() {
+    for (index, name) in plan.mesh_names().enumerate() {
         let bytes = get(&format!("{folder}/{name}"), None, MAX_MESH_BYTES).await?;
         let bytes = bytes.map(|(_, bytes)| bytes).unwrap_or_default();
-        plan.set_mesh(&mut planned, nth, &bytes, folder)?;
+        plan.set_mesh(&mut planned, index, &bytes, folder)?;
     }
     let (mut deltas, mut scene) = (Vec::new(), planned.clone());
     let mut left = MAX_TEXT_BYTES;

@@ -185,8 +185,8 @@ impl Mesh {
                 .into_par_iter()
                 .with_min_len(1 << 12);
             let (volume, moment) = tetrahedra
-                .map(|nth| {
-                    let [a, b, c] = mesh.triangle_vertices(nth).map(|v| v.as_dvec3() - origin);
+                .map(|index| {
+                    let [a, b, c] = mesh.triangle_vertices(index).map(|v| v.as_dvec3() - origin);
                     let volume = a.dot(b.cross(c)) / 6.0;
                     (volume, (a + b + c) * (0.25 * volume))
                 })

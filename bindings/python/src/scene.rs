@@ -208,14 +208,14 @@ impl Scene {
         let mut scene = locked(&self.scene);
         for (name, material) in own.materials() {
             let (name, mut free) = (name.clone(), name.clone());
-            let mut nth = 1;
+            let mut index = 1;
             while scene
                 .materials()
                 .get(&free)
                 .is_some_and(|known| known != material)
             {
-                nth += 1;
-                free = format!("{name} {nth}");
+                index += 1;
+                free = format!("{name} {index}");
             }
             rename(&mut tree, &name, &free);
             scene

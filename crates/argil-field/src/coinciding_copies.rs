@@ -70,7 +70,7 @@ impl CoincidingCopies {
                 continue;
             }
             let stages = extents.modifier_stages(node);
-            for (nth, (modifier, content)) in entry.modifiers.iter().zip(&stages).enumerate() {
+            for (index, (modifier, content)) in entry.modifiers.iter().zip(&stages).enumerate() {
                 let Some((copies, reason)) = near_copies(modifier, content) else {
                     continue;
                 };
@@ -78,14 +78,14 @@ impl CoincidingCopies {
                 if found.len() == MAX_FOUND || compared > MAX_COMPARED {
                     return found;
                 }
-                let solid = || Program::lower_stages(scene, node, nth).ok();
+                let solid = || Program::lower_stages(scene, node, index).ok();
                 if copies.is_empty()
                     || solid().is_some_and(|solid| are_equal(&solid, content.aabb, &copies))
                 {
                     found.push(Self {
                         node,
                         name: entry.name.clone(),
-                        path: format!("{}.modifiers[{nth}]", scene.path(node)),
+                        path: format!("{}.modifiers[{index}]", scene.path(node)),
                         reason,
                     });
                 }

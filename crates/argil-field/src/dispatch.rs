@@ -143,7 +143,7 @@ const _: () = assert!(
 /// Returns the loop iterations of one evaluation of a shape on a GPU.
 pub(crate) fn loops(op: u32, words: &[f32]) -> u64 {
     let search = op.checked_sub(abi::OP_FIRST_ITERATIVE);
-    let search = search.and_then(|nth| SEARCHES.get(nth as usize));
+    let search = search.and_then(|index| SEARCHES.get(index as usize));
     search.map_or(1, |loops| loops(words))
 }
 

@@ -129,8 +129,8 @@ impl IncrementalProgram {
             lower_into(scene, &mut extents, node, &GroupPosition::ROOT, &mut items)?;
         }
         let mut all = live.place(items, ROOT, &mut Vec::new());
-        for ((_, operand), nth) in all.iter_mut().zip(1..) {
-            operand.rank = nth * RANK_STEP;
+        for ((_, operand), position) in all.iter_mut().zip(1..) {
+            operand.rank = position * RANK_STEP;
         }
         // Parameters of neighbors are stored together.
         all.sort_by_cached_key(|(_, operand)| morton(operand.extent.aabb, &parts));

@@ -85,9 +85,9 @@ impl MaterialTable {
 
     /// Returns the properties of a material: base color, roughness, emission, metalness, and its extras.
     #[inline]
-    pub(crate) fn appearance(&self, nth: usize) -> [f32; 12] {
-        let own = &self.entries[nth];
-        let extras = self.extras.get(nth).copied().unwrap_or(PLAIN);
+    pub(crate) fn appearance(&self, index: usize) -> [f32; 12] {
+        let own = &self.entries[index];
+        let extras = self.extras.get(index).copied().unwrap_or(PLAIN);
         let mut all = [0.0; 12];
         all[..4].copy_from_slice(&own.base_roughness);
         all[4..8].copy_from_slice(&own.emission_metallic);
@@ -221,7 +221,7 @@ fn record(
                 file: path.clone(),
             });
         };
-        let nth = *images.of_file.entry(path.clone()).or_insert_with(|| {
+        let index = *images.of_file.entry(path.clone()).or_insert_with(|| {
             images.texels += loaded.pixels.len();
             images.all.push(loaded.clone());
             images.all.len() - 1
@@ -236,7 +236,7 @@ fn record(
         let own = &mut words[begin..];
         debug_assert_eq!(own[0], KIND_IMAGE);
         [own[11], own[12]] = loaded.size.map(|side| side as f32);
-        images.uses.push((begin + 7, nth));
+        images.uses.push((begin + 7, index));
     }
     Ok(())
 }

@@ -45,9 +45,9 @@ fn brush_material(instr: Instruction, at: vec3<f32>, p: vec3<f32>, own: u32) -> 
 
 // Whether a point is in a box that holds what moved.
 fn is_near_moved(p: vec3<f32>) -> bool {
-    for (var nth = 0u; nth < moved[0].x; nth++) {
-        let low = bitcast<vec4<f32>>(moved[1u + 2u * nth]).xyz;
-        let high = bitcast<vec4<f32>>(moved[2u + 2u * nth]).xyz;
+    for (var index = 0u; index < moved[0].x; index++) {
+        let low = bitcast<vec4<f32>>(moved[1u + 2u * index]).xyz;
+        let high = bitcast<vec4<f32>>(moved[2u + 2u * index]).xyz;
         if all(p >= low) && all(p <= high) {
             return true;
         }

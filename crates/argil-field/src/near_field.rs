@@ -177,9 +177,9 @@ impl NearLevel {
             if is_everywhere { Err(()) } else { Ok(range) }
         };
         let mut begins = vec![0u32; count as usize + 1];
-        for (nth, own) in (0..).zip(all) {
+        for (index, own) in (0..).zip(all) {
             match parts_of(own) {
-                Err(()) => everywhere.push(nth),
+                Err(()) => everywhere.push(index),
                 Ok(range) => each_part(range, size, |part| begins[part + 1] += 1),
             }
         }
@@ -190,10 +190,10 @@ impl NearLevel {
         }
         let mut operands = vec![0; sum as usize];
         let mut ends = begins.clone();
-        for (nth, own) in (0..).zip(all) {
+        for (index, own) in (0..).zip(all) {
             if let Ok(range) = parts_of(own) {
                 each_part(range, size, |part| {
-                    operands[ends[part] as usize] = nth;
+                    operands[ends[part] as usize] = index;
                     ends[part] += 1;
                 });
             }
@@ -351,8 +351,8 @@ impl<'a> NearEvaluator<'a> {
         self.next.clear();
         self.next.extend(0..count as u32);
         let field = self.field;
-        for (nth, level) in field.levels.iter().enumerate() {
-            let is_last = nth + 1 == field.levels.len();
+        for (index, level) in field.levels.iter().enumerate() {
+            let is_last = index + 1 == field.levels.len();
             self.asked.clear();
             for &i in &self.next {
                 let k = i as usize;

@@ -14,8 +14,8 @@ fn part_of(p: vec3<f32>) -> u32 {
     let part = vec3<u32>(max(place, vec3(0.0)));
     let block = part >> vec3(2u);
     let inner = part & vec3(3u);
-    let nth = block.x + blocks.x * (block.y + blocks.y * block.z);
-    return select(parts(), 64u * nth + inner.x + 4u * inner.y + 16u * inner.z, is_inside);
+    let index = block.x + blocks.x * (block.y + blocks.y * block.z);
+    return select(parts(), 64u * index + inner.x + 4u * inner.y + 16u * inner.z, is_inside);
 }
 
 // Threads whose points are in one part evaluate together, so that all of them are at the same instruction.

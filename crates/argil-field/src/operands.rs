@@ -84,8 +84,8 @@ impl Program {
             let own = &self.groups[group as usize];
             out.push(if enters { own.open } else { own.close });
         };
-        for &nth in some {
-            let own = &self.operands[nth as usize];
+        for &index in some {
+            let own = &self.operands[index as usize];
             walk.go_to(own.group, parent_of, |group, enters| {
                 step(out, group, enters)
             });
@@ -113,20 +113,20 @@ impl OperandIndex {
             levels: 1,
             everywhere: Vec::new(),
         };
-        for (nth, own) in (0..).zip(all) {
+        for (number, own) in (0..).zip(all) {
             if own.operator.kind == OperatorKind::Intersect {
-                index.everywhere.push(nth);
+                index.everywhere.push(number);
                 continue;
             }
             if own.extent.aabb.is_empty() {
                 continue;
             }
             match parts.level_of(program.reach_of(own, &parts, falls)) {
-                None => index.everywhere.push(nth),
+                None => index.everywhere.push(number),
                 Some(found) => {
                     index.levels = index.levels.max(found.0 + 1);
                     for part in parts_between(found) {
-                        index.near.entry(part).or_default().push(nth);
+                        index.near.entry(part).or_default().push(number);
                     }
                 }
             }

@@ -61,7 +61,7 @@ pub(crate) fn placed(params: &[f32], at: usize, origin: DVec3, repeat: &[f32]) -
 /// are the same.
 pub(crate) fn wrapped(offset: [f64; 3], repeat: &[f32]) -> [f32; 3] {
     [0, 1, 2].map(|axis: usize| {
-        let word = |nth: usize| repeat.get(3 * nth + axis).copied().unwrap_or(0.0);
+        let word = |index: usize| repeat.get(3 * index + axis).copied().unwrap_or(0.0);
         let (step, low, high) = (f64::from(word(0)), word(2), word(3));
         let is_endless = low <= -ENDLESS && high >= ENDLESS && step > 0.0;
         let steps = if is_endless {

@@ -106,7 +106,7 @@ impl ProgramTree {
             edge /= SIDE as f32;
             let place = place_of(point, corner, edge);
             corner += edge * place.as_vec3();
-            node = &cells[nth_of(place)];
+            node = &cells[index_of(place)];
         }
         Some((&node.list, Aabb::new(corner, corner + edge)))
     }
@@ -137,7 +137,7 @@ impl ProgramTree {
             let mut pruner = Pruner::new(program);
             let own = edge / SIDE as f32;
             let centers: [Vec3; CELLS] =
-                std::array::from_fn(|nth| corner + own * (place_of_nth(nth).as_vec3() + 0.5));
+                std::array::from_fn(|index| corner + own * (place_of_index(index).as_vec3() + 0.5));
             // Half of the diagonal, and rounding.
             let rounding = 4.0 * f32::EPSILON * (self.corner.abs().max_element() + self.edge);
             let half = 0.8661 * own + rounding;
@@ -145,10 +145,10 @@ impl ProgramTree {
             pruner.classify_cells(&node.list, &centers, half, &mut distances);
             let (mut list, mut taken) = (Vec::new(), NODES);
             let cells: Box<[ProgramTreeNode]> = (0..CELLS)
-                .map(|nth| {
+                .map(|index| {
                     list.clear();
-                    pruner.prune_into(&node.list, nth, &mut list);
-                    let is_far = distances[nth].abs() > FAR * own;
+                    pruner.prune_into(&node.list, index, &mut list);
+                    let is_far = distances[index].abs() > FAR * own;
                     // A program that is hardly shorter is not worth its memory.
                     let is_shorter =
                         list.len() < node.list.len().min(LONG).max(node.list.len() / 2);
@@ -177,14 +177,14 @@ impl ProgramTree {
     ) {
         let finest = self.edge / SIDE.pow(DEPTH) as f32;
         let mut keys: Vec<(u32, u32)> = (0..points.len() as u32)
-            .map(|nth| {
-                let point = Vec3::from(points[nth as usize]);
-                (self.key_of(point, finest), nth)
+            .map(|index| {
+                let point = Vec3::from(points[index as usize]);
+                (self.key_of(point, finest), index)
             })
             .collect();
         keys.sort_unstable();
         let inside = keys.partition_point(|&(key, _)| key != OUTSIDE);
-        let mut nths: Vec<u32> = keys.iter().map(|&(_, nth)| nth).collect();
+        let mut nths: Vec<u32> = keys.iter().map(|&(_, index)| index).collect();
         for outside in nths.split_off(inside).chunks(LANES) {
             visit(None, outside);
         }
@@ -207,7 +207,7 @@ impl ProgramTree {
         let place = place.min(UVec3::splat(most));
         (0..DEPTH).fold(0, |key, level| {
             let own = (place >> level) & UVec3::splat(SIDE - 1);
-            key | (nth_of(own) as u32) << (3 * level)
+            key | (index_of(own) as u32) << (3 * level)
         })
     }
 
@@ -239,10 +239,10 @@ impl ProgramTree {
         let cell_of = |key: u32| (key >> (3 * (DEPTH - 1 - depth))) as usize % CELLS;
         let mut begin = 0;
         for some in keys.chunk_by(|a, b| cell_of(a.0) == cell_of(b.0)) {
-            let nth = cell_of(some[0].0);
+            let index = cell_of(some[0].0);
             let asked = Asked {
-                node: &cells[nth],
-                corner: corner + own * place_of_nth(nth).as_vec3(),
+                node: &cells[index],
+                corner: corner + own * place_of_index(index).as_vec3(),
                 edge: own,
                 depth: depth + 1,
             };
@@ -259,12 +259,12 @@ fn place_of(point: Vec3, corner: Vec3, edge: f32) -> UVec3 {
         .min(UVec3::splat(SIDE - 1))
 }
 
-fn place_of_nth(nth: usize) -> UVec3 {
-    let nth = nth as u32;
-    UVec3::new(nth % SIDE, nth / SIDE % SIDE, nth / (SIDE * SIDE))
+fn place_of_index(index: usize) -> UVec3 {
+    let index = index as u32;
+    UVec3::new(index % SIDE, index / SIDE % SIDE, index / (SIDE * SIDE))
 }
 
-fn nth_of(place: UVec3) -> usize {
+fn index_of(place: UVec3) -> usize {
     (place.x + SIDE * (place.y + SIDE * place.z)) as usize
 }
 
@@ -316,7 +316,9 @@ mod tests {
             lengths += list.len() * nths.len();
             let n = nths.len();
             let lanes = [0, 1, 2].map(|axis| -> Vec<f32> {
-                nths.iter().map(|&nth| points[nth as usize][axis]).collect()
+                nths.iter()
+                    .map(|&index| points[index as usize][axis])
+                    .collect()
             });
             let [gx, gy, gz] = &mut g;
             let gradients = [&mut gx[..n], &mut gy[..n], &mut gz[..n]];
@@ -326,14 +328,14 @@ mod tests {
                 &mut d[..n],
                 gradients,
             );
-            for (i, &nth) in nths.iter().enumerate() {
-                visited[nth as usize] += 1;
-                let (distance, gradient) = program.gradient(points[nth as usize].into());
+            for (i, &index) in nths.iter().enumerate() {
+                visited[index as usize] += 1;
+                let (distance, gradient) = program.gradient(points[index as usize].into());
                 assert_eq!(
                     d[i].to_bits(),
                     distance.to_bits(),
                     "{:?}",
-                    points[nth as usize]
+                    points[index as usize]
                 );
                 let own = [g[0][i], g[1][i], g[2][i]].map(f32::to_bits);
                 assert_eq!(own, gradient.to_array().map(f32::to_bits));

@@ -43,7 +43,7 @@ impl Program {
             .enumerate()
             .for_each_init(
                 || PrunedGridWorker::new(self, grid),
-                |worker, (nth, slab)| worker.slab(slab, nth as u32 * SIDE),
+                |worker, (index, slab)| worker.slab(slab, index as u32 * SIDE),
             );
     }
 }
@@ -117,9 +117,9 @@ impl<'a> PrunedGridWorker<'a> {
         let mut d = [0.0; CELLS_PER_BATCH];
         self.pruner
             .classify_cells(list, &centers, radius, &mut d[..centers.len()]);
-        let own = |nth: usize| {
+        let own = |index: usize| {
             let mut own = Vec::new();
-            self.pruner.prune_into(list, nth, &mut own);
+            self.pruner.prune_into(list, index, &mut own);
             own
         };
         (0..centers.len()).map(own).collect()

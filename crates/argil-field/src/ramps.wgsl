@@ -3,9 +3,9 @@
 fn curve(t: f32, w: u32) -> f32 {
     let pieces = params[w];
     let along = clamp(t, 0.0, 1.0) * pieces;
-    let nth = clamp(floor(along), 0.0, pieces - 1.0);
-    let u = along - nth;
-    let own = w + 1u + 4u * u32(nth);
+    let index = clamp(floor(along), 0.0, pieces - 1.0);
+    let u = along - index;
+    let own = w + 1u + 4u * u32(index);
     return u * (u * (u * params[own + 3u] + params[own + 2u]) + params[own + 1u]) + params[own];
 }
 

@@ -18,7 +18,7 @@ pub(crate) const CHANNELS: usize = 4;
 /// Normals are differences over this part of a pattern's length.
 pub(crate) const NORMAL_STEP: f32 = argil_abi::TEXTURE_NORMAL_STEP;
 
-/// Returns the words of a material's nth texture, and its pattern.
+/// Returns the words of one of a material's textures, and its pattern.
 pub(crate) fn texture_words(textures: &Textures, channel: usize) -> Option<([f32; 16], &Pattern)> {
     let of_values = |own: &ValueTexture| (own.size, own.space, [own.low; 3], [own.high; 3]);
     let (pattern, (size, space, low, high)) = match channel {

@@ -235,10 +235,10 @@ fn more_light(way: &TraceMode, key: &FrameKey) -> impl Iterator<Item = Stage> {
         ("Shade::bent_normals", u32::from(key.more.has_bent_normals)),
     ];
     let all = counts.into_iter().enumerate();
-    all.flat_map(move |(nth, (label, count))| {
+    all.flat_map(move |(index, (label, count))| {
         (0..count).map(move |first_step| Stage {
             label,
-            pipeline: first + nth,
+            pipeline: first + index,
             first_step,
             step_count: 1,
             threads: Threads::Pixels,

@@ -149,8 +149,8 @@ impl MarchPasses {
 fn cases_packed() -> Vec<u64> {
     let pack = |case: &argil_mesh::marching::case_table::MarchingCase| {
         let edges = case.triangles().iter().flatten();
-        let words = edges.enumerate().fold(0, |words, (nth, &edge)| {
-            words | u64::from(edge) << (4 * nth)
+        let words = edges.enumerate().fold(0, |words, (index, &edge)| {
+            words | u64::from(edge) << (4 * index)
         });
         words | u64::from(case.count) << 60
     };

@@ -392,10 +392,10 @@ mod tests {
                 })
                 .collect();
         }
-        for (nth, parent) in level.into_iter().enumerate() {
+        for (index, parent) in level.into_iter().enumerate() {
             for side in [0.0, 0.1] {
                 let solid = Shape::sphere(0.3) | Shape::sphere(0.2);
-                let away = [0.1 * nth as f32, side, 0.0];
+                let away = [0.1 * index as f32, side, 0.0];
                 scene
                     .push_into(parent, solid.at(away).smooth(0.05))
                     .expect("a group");

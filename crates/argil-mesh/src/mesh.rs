@@ -76,7 +76,7 @@ impl Mesh {
     pub fn unindexed(&self, face_normals: bool) -> Self {
         let of = |i: u32| self.positions[i as usize];
         let mut out = Self::default();
-        for (nth, triangle) in (0..).zip(&self.triangles) {
+        for (index, triangle) in (0..).zip(&self.triangles) {
             let [a, b, c] = triangle.map(of);
             out.positions.extend([a, b, c]);
             if face_normals {
@@ -90,7 +90,8 @@ impl Mesh {
                 out.materials
                     .extend(triangle.map(|i| self.materials[i as usize]));
             }
-            out.triangles.push([3 * nth, 3 * nth + 1, 3 * nth + 2]);
+            out.triangles
+                .push([3 * index, 3 * index + 1, 3 * index + 2]);
         }
         out
     }

@@ -244,13 +244,13 @@ fn views_that_meshopt_compressed_are_read() {
             12,
         ),
     ];
-    for (nth, (bytes, mode, stride, count)) in packed.iter().enumerate() {
+    for (index, (bytes, mode, stride, count)) in packed.iter().enumerate() {
         let view = parts.view(bytes);
         let own = json!({
             "buffer": 0, "byteOffset": parts.root["bufferViews"][view]["byteOffset"], "byteLength": bytes.len(),
             "byteStride": stride, "count": count, "mode": mode,
         });
-        parts.root["bufferViews"][nth] = json!({
+        parts.root["bufferViews"][index] = json!({
             "buffer": 1, "byteLength": stride * count, "byteStride": stride, "extensions": {"EXT_meshopt_compression": own},
         });
     }

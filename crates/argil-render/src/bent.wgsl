@@ -16,10 +16,10 @@ fn bend_normals(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = vec3(0.0);
     var open = 0.0;
     // Two lengths along five directions around the normal, and along the normal.
-    for (var nth = 0u; nth < 6u; nth++) {
-        let turn = TAU * (f32(nth) + haze_noise(id.x, y)) / 5.0;
+    for (var index = 0u; index < 6u; index++) {
+        let turn = TAU * (f32(index) + haze_noise(id.x, y)) / 5.0;
         let beside = axes * vec3(0.8660254 * cos(turn), 0.8660254 * sin(turn), 0.5);
-        let direction = select(beside, n, nth == 5u);
+        let direction = select(beside, n, index == 5u);
         var seen = 1.0;
         for (var place = 0u; place < 2u; place++) {
             let height = max(select(0.3, 1.0, place == 1u) * reach, 1e-20);
@@ -28,7 +28,7 @@ fn bend_normals(@builtin(global_invocation_id) id: vec3<u32>) {
             d = select(d, min(d, above.y - frame.ground_y), frame.has_ground != 0u);
             seen = min(seen, clamp(d / (0.5 * height), 0.0, 1.0));
         }
-        let weight = seen * select(0.5, 1.0, nth == 5u);
+        let weight = seen * select(0.5, 1.0, index == 5u);
         sum += weight * direction;
         open += weight;
     }

@@ -32,13 +32,13 @@ fn light_fog(@builtin(global_invocation_id) id: vec3<u32>) {
     let length = min(fog_length(ray.origin, ray.direction, depth), reach);
     let p = ray.origin + ray.direction * length;
     var lamp = LampLight(frame.sun, UNLIMITED, frame.sun_light * (0.5 * PI), SHADOW_SHARPNESS);
-    let nth = per_thread(frame.first_step % lights, at);
-    let is_sky = nth == 1u;
+    let light_index = per_thread(frame.first_step % lights, at);
+    let is_sky = light_index == 1u;
     if is_sky {
         let mean = frame.zenith * 0.32805 + frame.horizon * 0.23445 + frame.nadir * (7.0 / 16.0);
         lamp = LampLight(vec3(0.0, 1.0, 0.0), UNLIMITED, mean, 1.0);
-    } else if nth > 1u {
-        lamp = lamp_at(nth - 2u, p);
+    } else if light_index > 1u {
+        lamp = lamp_at(light_index - 2u, p);
     }
     let phase = fog_phase(dot(ray.direction, lamp.direction));
     let passed_there = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));

@@ -26,11 +26,11 @@ struct SeenLamp {
     is_disc: bool,
 }
 
-fn lamp_shape(nth: u32) -> LampShape {
-    let place = frame.lamps[4u * nth];
-    let light = frame.lamps[4u * nth + 1u];
-    let first = frame.lamps[4u * nth + 2u];
-    let second = frame.lamps[4u * nth + 3u];
+fn lamp_shape(index: u32) -> LampShape {
+    let place = frame.lamps[4u * index];
+    let light = frame.lamps[4u * index + 1u];
+    let first = frame.lamps[4u * index + 2u];
+    let second = frame.lamps[4u * index + 3u];
     let kind = u32(place.w);
     var own = LampShape(place.xyz, light.w, vec3(0.0), light.w, vec3(0.0), kind == LIGHT_SUN, vec3(0.0));
     if kind == LIGHT_SUN {
@@ -69,9 +69,9 @@ fn seen_from(lamp: LampShape, p: vec3<f32>) -> SeenLamp {
 }
 
 // Returns one of the points that rays lead to, which differ from sample to sample.
-fn lamp_point(seen: SeenLamp, nth: u32) -> vec3<f32> {
+fn lamp_point(seen: SeenLamp, index: u32) -> vec3<f32> {
     let shift = fract(vec2(frame.jitter_x, frame.jitter_y) + 0.5);
-    let uv = fract(vec2((f32(nth) + 0.5) / 16.0, f32(5u * nth % 16u) / 16.0 + 0.03125) + shift);
+    let uv = fract(vec2((f32(index) + 0.5) / 16.0, f32(5u * index % 16u) / 16.0 + 0.03125) + shift);
     var at = 2.0 * uv - 1.0;
     if seen.is_disc {
         at = sqrt(uv.x) * vec2(cos(TAU * uv.y), sin(TAU * uv.y));
@@ -184,13 +184,13 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = y * frame.width + id.x;
     let hit = stored_hit(at);
     let first = per_thread(frame.first_step, at);
-    let nth = first / (LAMP_POINTS + 1u);
+    let index = first / (LAMP_POINTS + 1u);
     let part = first % (LAMP_POINTS + 1u);
-    let place = layer_at(1u + nth / 4u, at);
+    let place = layer_at(1u + index / 4u, at);
     let ray = primary_ray(id.x, y);
     let length = hit.normal_t.w;
     let surface = Ray(ray.origin + ray.direction * length, hit.normal_t.xyz);
-    let lamp = lamp_shape(nth);
+    let lamp = lamp_shape(index);
     let seen = seen_from(lamp, surface.origin);
     let way = distance(surface.origin, seen.middle);
     var is_point = seen.radius < NARROW * way;
@@ -200,7 +200,7 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     var share = 0.0;
     var weight = 0.0;
     if part > 0u {
-        share = colors[place][nth % 4u];
+        share = colors[place][index % 4u];
         if share > -0.5 {
             return;
         }
@@ -209,7 +209,7 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         radius = seen.extent / f32(LAMP_POINTS);
         weight = point_share(lamp, seen, part - 1u, surface);
     } else if hit.kind != HIT_NONE {
-        let light = lamp_above(nth, surface.origin, surface.direction);
+        let light = lamp_above(index, surface.origin, surface.direction);
         let is_lit = max(light.light.x, max(light.light.y, light.light.z)) > 0.0;
         if is_lit && dot(surface.direction, light.direction) > 0.0 {
             share = -1.0;
@@ -227,5 +227,5 @@ fn lamp_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     } else if weight > 0.0 && (is_point || abs(least) >= 1.0) {
         share = covered(least);
     }
-    colors[place][nth % 4u] = share;
+    colors[place][index % 4u] = share;
 }

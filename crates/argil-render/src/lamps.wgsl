@@ -14,16 +14,16 @@ fn soft(sharpness: f32) -> f32 {
 }
 
 // Returns what a lamp brings to a point in fog.
-fn lamp_at(nth: u32, p: vec3<f32>) -> LampLight {
-    return lamp_above(nth, p, vec3(0.0));
+fn lamp_at(index: u32, p: vec3<f32>) -> LampLight {
+    return lamp_above(index, p, vec3(0.0));
 }
 
 // Returns what a lamp brings to a surface. What is below its horizon does not shine on it.
-fn lamp_above(nth: u32, p: vec3<f32>, n: vec3<f32>) -> LampLight {
-    let place = frame.lamps[4u * nth];
-    let light = frame.lamps[4u * nth + 1u];
-    let first = frame.lamps[4u * nth + 2u];
-    let second = frame.lamps[4u * nth + 3u];
+fn lamp_above(index: u32, p: vec3<f32>, n: vec3<f32>) -> LampLight {
+    let place = frame.lamps[4u * index];
+    let light = frame.lamps[4u * index + 1u];
+    let first = frame.lamps[4u * index + 2u];
+    let second = frame.lamps[4u * index + 3u];
     let kind = u32(place.w);
     if kind == LIGHT_SUN {
         let sine = sqrt(max(1.0 - first.x * first.x, 1e-12));
@@ -85,8 +85,8 @@ fn rectangle_flow(to: vec3<f32>, width: vec3<f32>, height: vec3<f32>, n: vec3<f3
     var leaves = vec3(0.0);
     var returns = vec3(0.0);
     var a = to - width - height;
-    for (var nth = 0u; nth < 4u; nth++) {
-        let next = vec2(select(-1.0, 1.0, nth == 1u || nth == 2u), select(-1.0, 1.0, nth < 2u));
+    for (var index = 0u; index < 4u; index++) {
+        let next = vec2(select(-1.0, 1.0, index == 1u || index == 2u), select(-1.0, 1.0, index < 2u));
         let b = to + next.x * width + next.y * height;
         let above = vec2(dot(n, a), dot(n, b));
         if above.x >= 0.0 || above.y >= 0.0 {
@@ -116,11 +116,11 @@ fn flow_of_side(start: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
 // Returns the light of the first lamps that a ray meets within a length. Fog dims them.
 fn lamps_seen(ray: Ray, reach: f32, lamp_count: u32) -> vec3<f32> {
     var sum = vec3(0.0);
-    for (var nth = 0u; nth < lamp_count; nth++) {
-        let place = frame.lamps[4u * nth];
-        let light = frame.lamps[4u * nth + 1u];
-        let first = frame.lamps[4u * nth + 2u];
-        let second = frame.lamps[4u * nth + 3u];
+    for (var index = 0u; index < lamp_count; index++) {
+        let place = frame.lamps[4u * index];
+        let light = frame.lamps[4u * index + 1u];
+        let first = frame.lamps[4u * index + 2u];
+        let second = frame.lamps[4u * index + 3u];
         let to = place.xyz - ray.origin;
         let kind = u32(place.w);
         var met = -1.0;

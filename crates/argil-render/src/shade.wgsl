@@ -122,9 +122,9 @@ fn lamp_light(at: u32, p: vec3<f32>, n: vec3<f32>, view: vec3<f32>, material: Gp
         return sum;
     }
     let lamp_count = per_thread(frame.lamp_count, at);
-    for (var nth = 0u; nth < lamp_count; nth++) {
-        let share = colors[layer_at(1u + nth / 4u, at)][nth % 4u];
-        let lamp = lamp_above(nth, p, n);
+    for (var index = 0u; index < lamp_count; index++) {
+        let share = colors[layer_at(1u + index / 4u, at)][index % 4u];
+        let lamp = lamp_above(index, p, n);
         let passed = fog_transmitted(p, lamp.direction, min(frame.far, lamp.distance));
         sum += reflected_from(n, view, lamp.direction, material) * lamp.light * (share * passed);
     }

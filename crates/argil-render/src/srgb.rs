@@ -82,8 +82,8 @@ fn show(table: &SrgbTable, [first_x, y]: [u32; 2], colors: &[[f32; 4]], rgb: &mu
     let parts = rgb.chunks_mut(3 * LANES).zip(colors.chunks(LANES));
     for (x, (rgb, colors)) in (first_x..).step_by(LANES).zip(parts) {
         let mut thresholds = [0.0; LANES];
-        for (nth, threshold) in thresholds.iter_mut().enumerate() {
-            let along = 0.067_110_56 * (x + nth as u32) as f32 + row;
+        for (index, threshold) in thresholds.iter_mut().enumerate() {
+            let along = 0.067_110_56 * (x + index as u32) as f32 + row;
             let own = 52.982_918 * (along - along.floor());
             *threshold = own - own.floor();
         }
@@ -126,7 +126,7 @@ mod tests {
     /// The mean over all thresholds is the function, and light that a byte gives exactly is that byte.
     #[test]
     fn the_table_agrees_with_the_function() {
-        let thresholds: Vec<f32> = (0..64).map(|nth| (nth as f32 + 0.5) / 64.0).collect();
+        let thresholds: Vec<f32> = (0..64).map(|index| (index as f32 + 0.5) / 64.0).collect();
         for c in (0..1 << 12).map(|i| i as f32 / 4095.0) {
             let bytes = thresholds.iter().map(|&own| SRGB.byte(c, own) as f32);
             let mean = bytes.sum::<f32>() / 64.0;

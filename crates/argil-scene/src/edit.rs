@@ -274,9 +274,9 @@ impl Scene {
                     return Err(EditError::NotATransform);
                 }
                 let mut entry = self.node(node).desc.clone();
-                let nth = entry.modifiers.len();
+                let position = entry.modifiers.len();
                 by.check()
-                    .map_err(|fault| fault.within(&format!("modifiers[{nth}]")))?;
+                    .map_err(|fault| fault.within(&format!("modifiers[{position}]")))?;
                 push_transform(&mut entry.modifiers, by);
                 self.check_entry(&entry)?;
                 HistoryStep::Set { node, entry }

@@ -148,8 +148,8 @@ pub(crate) fn check_lights(lights: &[Light]) -> Result<(), ValidationError> {
         );
         return Err(ValidationError::new("lights", reason));
     }
-    for (nth, light) in lights.iter().enumerate() {
-        let fault = |fault: ValidationError| fault.within(&format!("lights[{nth}]"));
+    for (index, light) in lights.iter().enumerate() {
+        let fault = |fault: ValidationError| fault.within(&format!("lights[{index}]"));
         light.check().map_err(fault)?;
     }
     Ok(())

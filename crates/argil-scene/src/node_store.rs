@@ -93,8 +93,8 @@ mod tests {
     use super::*;
     use crate::{Brush, Shape};
 
-    fn node(nth: usize) -> Node {
-        let entry = Brush::new(Shape::sphere(1.0)).with_name(format!("{nth}"));
+    fn node(index: usize) -> Node {
+        let entry = Brush::new(Shape::sphere(1.0)).with_name(format!("{index}"));
         Node {
             desc: entry.into(),
             ..Node::gone()
@@ -104,8 +104,8 @@ mod tests {
     #[test]
     fn clones_share_what_neither_changes() {
         let mut own = NodeStore::of(Node::root());
-        for nth in 1..300 {
-            own.push(node(nth));
+        for index in 1..300 {
+            own.push(node(index));
         }
         let clone = own.clone();
         own[130].desc.name = "another".into();

@@ -58,8 +58,8 @@ impl Curve {
     /// Creates the curve of a function on the interval from 0 to 1. Each piece passes through four points of it.
     pub fn from_fn(pieces: usize, f: impl Fn(f64) -> f64) -> Self {
         let count = pieces.max(1);
-        let piece = |nth: usize| {
-            let at = |third: usize| f((nth as f64 + third as f64 / 3.0) / count as f64);
+        let piece = |index: usize| {
+            let at = |third: usize| f((index as f64 + third as f64 / 3.0) / count as f64);
             let [a, b, c, d] = [at(0), at(1), at(2), at(3)];
             // Newton's differences, for points that are a third apart.
             let (one, two, three) = (b - a, c - 2.0 * b + a, d - 3.0 * c + 3.0 * b - a);
@@ -82,9 +82,9 @@ impl Curve {
     /// Returns the value at a place from 0 to 1.
     pub fn value(&self, t: f64) -> f64 {
         let along = t.clamp(0.0, 1.0) * self.0.len() as f64;
-        let nth = (along as usize).min(self.0.len().saturating_sub(1));
-        let u = along - nth as f64;
-        let [a, b, c, d] = self.0.get(nth).map_or([0.0; 4], |own| own.map(f64::from));
+        let index = (along as usize).min(self.0.len().saturating_sub(1));
+        let u = along - index as f64;
+        let [a, b, c, d] = self.0.get(index).map_or([0.0; 4], |own| own.map(f64::from));
         a + u * (b + u * (c + u * d))
     }
 
@@ -133,21 +133,21 @@ impl Curve {
             let reason = format!("{count} pieces are not from 1 to {MAX_PIECES}");
             return Err(ValidationError::new(path, reason));
         }
-        for (nth, piece) in self.0.iter().enumerate() {
+        for (index, piece) in self.0.iter().enumerate() {
             let is_number = |c: &f32| c.abs() <= MAX_COEFFICIENT;
             if !piece.iter().all(is_number) {
                 let reason =
                     format!("has coefficients that are not numbers up to {MAX_COEFFICIENT}");
-                return Err(ValidationError::new(format!("{path}[{nth}]"), reason));
+                return Err(ValidationError::new(format!("{path}[{index}]"), reason));
             }
             let end: f32 = piece.iter().sum();
-            if let Some(&[next, ..]) = self.0.get(nth + 1)
+            if let Some(&[next, ..]) = self.0.get(index + 1)
                 && (next - end).abs() > MAX_STEP
             {
                 let reason = format!(
                     "ends at {end}, and the next piece begins at {next}: steps are not supported"
                 );
-                return Err(ValidationError::new(format!("{path}[{nth}]"), reason));
+                return Err(ValidationError::new(format!("{path}[{index}]"), reason));
             }
         }
         Ok(())

@@ -63,11 +63,11 @@ fn glyphs(text: &str) -> impl Iterator<Item = (GlyphId, Vec2)> + '_ {
     );
     let about = FONT.metrics(unscaled(), LocationRef::default());
     let line_height = about.ascent - about.descent + about.leading;
-    text.lines().enumerate().flat_map(move |(nth, line)| {
+    text.lines().enumerate().flat_map(move |(index, line)| {
         let found: Vec<GlyphId> = line.chars().filter_map(|c| known.map(c)).collect();
         let advance = |glyph: GlyphId| widths.advance_width(glyph).unwrap_or(0.0);
         let length: f32 = found.iter().map(|&glyph| advance(glyph)).sum();
-        let mut pen = Vec2::new(-0.5 * length, -line_height * nth as f32);
+        let mut pen = Vec2::new(-0.5 * length, -line_height * index as f32);
         let placed = found.into_iter().map(|glyph| {
             let at = pen;
             pen.x += advance(glyph);

@@ -22,7 +22,7 @@ fn sampled(name: &str, radius: f32) -> Brush {
 fn balls(total: usize, count: usize) -> (Scene, Vec<NodeId>, HistoryBake) {
     let mut scene = Scene::new();
     let ids = (0..total)
-        .map(|nth| scene.push(ball(0.1 + nth as f32)).expect("a ball").node)
+        .map(|index| scene.push(ball(0.1 + index as f32)).expect("a ball").node)
         .collect();
     let bake = HistoryBake::new(scene.oldest_entries(count), vec![sampled("old", 1.0)]);
     (scene, ids, bake)
@@ -182,8 +182,8 @@ fn a_journal_holds_what_was_folded() -> Outcome {
         index: scene.node(Scene::ROOT).children().len(),
         desc: brush.into(),
     };
-    for nth in 0..40 {
-        let edit = insert(&scene, ball(0.1 + 0.01 * nth as f32));
+    for step in 0..40 {
+        let edit = insert(&scene, ball(0.1 + 0.01 * step as f32));
         journal.apply(&mut scene, edit)?;
     }
     let bytes = std::fs::metadata(&path)?.len();

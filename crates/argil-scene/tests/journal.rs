@@ -21,8 +21,8 @@ fn beginning() -> Scene {
 }
 
 /// Returns line n of a session of insertions, transforms, strokes, undos and redos. It is always the same.
-fn line(scene: &Scene, nth: u64) -> String {
-    let random = nth.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
+fn line(scene: &Scene, index: u64) -> String {
+    let random = index.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
     let count = scene.node(Scene::ROOT).children().len();
     let node = random as usize % count.max(1);
     let [undos, redos] = [scene.undo_depth(), scene.redo_depth()];
@@ -55,13 +55,13 @@ fn victim() {
     let mut scene = beginning();
     let mut journal = Journal::create(path, &scene).expect("a journal");
     let mut out = std::io::stdout();
-    for nth in 0.. {
-        let line = line(&scene, nth);
+    for index in 0.. {
+        let line = line(&scene, index);
         journal.replay(&mut scene, &line).expect("a valid edit");
         // Told only when it is recorded.
-        writeln!(out, "recorded {}", nth + 1).expect("a pipe");
+        writeln!(out, "recorded {}", index + 1).expect("a pipe");
         out.flush().expect("a pipe");
-        if nth % 16 == 15 {
+        if index % 16 == 15 {
             scene
                 .save(path.with_extension("json"))
                 .expect("a saved scene");
@@ -117,8 +117,8 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
         most = most.max(found.edits);
         torn += usize::from(found.torn_bytes > 0);
         let mut expected = beginning();
-        for nth in 0..found.edits as u64 {
-            let line = line(&expected, nth);
+        for index in 0..found.edits as u64 {
+            let line = line(&expected, index);
             expected.apply_log_line(&line).expect("a valid edit");
         }
         let mut scene = found.scene;
@@ -147,8 +147,8 @@ fn a_truncated_journal_gives_all_complete_lines() {
     let mut states = vec![scene.clone()];
     let mut journal = Journal::create(&path, &scene).expect("a journal");
     let head = std::fs::metadata(&path).expect("a file").len() as usize;
-    for nth in 0..6 {
-        let line = line(&scene, nth);
+    for index in 0..6 {
+        let line = line(&scene, index);
         journal.replay(&mut scene, &line).expect("a valid edit");
         states.push(scene.clone());
     }

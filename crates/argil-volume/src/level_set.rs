@@ -179,10 +179,10 @@ impl<'a> LevelSetBaker<'a> {
                 return;
             }
             let mut kept = Vec::new();
-            self.near(origins, side, program, pruner, &mut |pruner, nth| {
+            self.near(origins, side, program, pruner, &mut |pruner, index| {
                 let mut own = Vec::new();
-                pruner.prune_into(program, nth, &mut own);
-                kept.push((origins[nth], own));
+                pruner.prune_into(program, index, &mut own);
+                kept.push((origins[index], own));
             });
             for (origin, own) in kept {
                 if side == TASK {
@@ -224,11 +224,11 @@ impl<'a> LevelSetBaker<'a> {
         let distances = &mut distances[..centers.len()];
         pruner.classify_cells(program, &centers, half_diagonal, distances);
         let reach = 1.000_1 * (self.program.lipschitz() * half_diagonal + self.value_reach());
-        for (nth, &distance) in distances.iter().enumerate() {
+        for (index, &distance) in distances.iter().enumerate() {
             // The side of a cut has a surface too, where the field is far inside.
-            let of_cut = self.layout.distance_to_cut(centers[nth]);
+            let of_cut = self.layout.distance_to_cut(centers[index]);
             if distance.max(of_cut).abs() <= reach || distance.is_nan() {
-                keep(pruner, nth);
+                keep(pruner, index);
             }
         }
     }
@@ -299,10 +299,10 @@ impl<'a> LeafBaker<'a> {
             TASK / FACTOR,
             program,
             &mut self.pruner,
-            &mut |pruner, nth| {
+            &mut |pruner, index| {
                 let mut own = Vec::new();
-                pruner.prune_into(program, nth, &mut own);
-                kept.push((blocks[nth], own));
+                pruner.prune_into(program, index, &mut own);
+                kept.push((blocks[index], own));
             },
         );
         let mut own = Vec::new();
@@ -314,10 +314,10 @@ impl<'a> LeafBaker<'a> {
                 LEAF,
                 program,
                 &mut self.pruner,
-                &mut |pruner, nth| {
+                &mut |pruner, index| {
                     let begin = own.len();
-                    pruner.prune_into(program, nth, &mut own);
-                    near.push((places[nth], begin..own.len()));
+                    pruner.prune_into(program, index, &mut own);
+                    near.push((places[index], begin..own.len()));
                 },
             );
             for (origin, range) in near {

@@ -152,9 +152,9 @@ fn distances_far_out_are_right_to_a_thousandth_of_a_voxel() -> Result<(), Box<dy
                 continue;
             };
             let corner = IVec3::from(page.origin) + 8 * IVec3::new(i & 1, i >> 1 & 1, i >> 2);
-            for (nth, &code) in samples[..729].iter().enumerate() {
-                let nth = nth as i32;
-                let place = corner + IVec3::new(nth % 9, nth / 9 % 9, nth / 81);
+            for (index, &code) in samples[..729].iter().enumerate() {
+                let index = index as i32;
+                let place = corner + IVec3::new(index % 9, index / 9 % 9, index / 81);
                 let d = (place.as_dvec3() * voxel).distance(exact) - 1.0;
                 let band = 16.0 * voxel;
                 let stored = f64::from(code) / 32_767.0 * band;

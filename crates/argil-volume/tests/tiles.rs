@@ -201,8 +201,8 @@ fn repair(bytes: &mut [u8], head: &TileHead) {
     for level in 0..TIER_LEVELS {
         let [begin, end] = [level + 1, level].map(|level| head.bytes_to(level) as usize);
         let own = blake3::hash(&bytes[begin..end]);
-        let nth = (TIER_LEVELS - 1 - level) as usize;
-        bytes[64 + 32 * nth + 16..][..16].copy_from_slice(&own.as_bytes()[..16]);
+        let index = (TIER_LEVELS - 1 - level) as usize;
+        bytes[64 + 32 * index + 16..][..16].copy_from_slice(&own.as_bytes()[..16]);
     }
     let end = TileHead::BYTES;
     let own = blake3::hash(&bytes[..end - 32]);
@@ -231,8 +231,8 @@ fn tiles_name_nothing_that_is_not_theirs() {
             .map_or_else(String::new, |error| error.to_string())
     };
     // The finest level: kinds of cells, words of those without a brick, and materials.
-    let nth = TIER_LEVELS as usize - 1;
-    let [pages, bricks] = [0, 4].map(|at| word(64 + 32 * nth + at) as usize);
+    let index = TIER_LEVELS as usize - 1;
+    let [pages, bricks] = [0, 4].map(|at| word(64 + 32 * index + at) as usize);
     let begin = head.bytes_to(1) as usize;
     let words = begin + 8 * pages;
     let materials = words + 4 * (8 * pages - bricks);
@@ -246,10 +246,10 @@ fn tiles_name_nothing_that_is_not_theirs() {
     for wrong in [0x8000_ffff, u32::MAX] {
         assert!(reason(materials, wrong).ends_with("the material of a brick"));
     }
-    assert!(reason(64 + 32 * nth + 12, u32::MAX).ends_with("the counts"));
+    assert!(reason(64 + 32 * index + 12, u32::MAX).ends_with("the counts"));
     // A level without pages, although cells are refined to it.
     let mut wrong = bytes[..begin].to_vec();
-    wrong[64 + 32 * nth..][..16].fill(0);
+    wrong[64 + 32 * index..][..16].fill(0);
     let end = TileHead::BYTES;
     let own = blake3::hash(&wrong[..end - 32]);
     wrong[end - 32..end].copy_from_slice(own.as_bytes());

@@ -31,17 +31,17 @@ pub fn is_delta(bytes: &[u8]) -> bool {
 /// If a line cannot be read or performed, or brings a mesh that is no part of the world. The scene keeps the edits before it.
 pub fn apply_delta(scene: &mut Scene, bytes: &[u8], place: &str) -> Result<usize, WorldError> {
     let broken =
-        |nth: usize, reason: String| WorldError::plan(format!("{place}:{}", nth + 1), reason);
+        |index: usize, reason: String| WorldError::plan(format!("{place}:{}", index + 1), reason);
     let text = std::str::from_utf8(bytes)
         .map_err(|error| WorldError::plan(place, format!("this is no text: {error}")))?;
     let mut edits = 0;
-    for (nth, line) in text.lines().enumerate() {
+    for (index, line) in text.lines().enumerate() {
         let line = line.trim_start_matches('\u{feff}').trim();
         if line.is_empty() {
             continue;
         }
         let done = scene.apply_log_line(line);
-        done.map_err(|error| broken(nth, error.to_string()))?;
+        done.map_err(|error| broken(index, error.to_string()))?;
         edits += 1;
     }
     scene.end_stroke();

@@ -36,7 +36,7 @@ impl Manifest {
 impl WorldPlan {
     /// Returns the names of the objects with the samples of the scene's meshes.
     pub fn mesh_names(&self) -> impl Iterator<Item = String> {
-        (0..self.meshes.len()).map(|nth| format!("meshes/{nth}"))
+        (0..self.meshes.len()).map(|index| format!("meshes/{index}"))
     }
 
     /// Gives a scene the samples of one of its meshes, as the object of that name holds them. `folder` is the world's.
@@ -46,11 +46,11 @@ impl WorldPlan {
     pub fn set_mesh(
         &self,
         scene: &mut Scene,
-        nth: usize,
+        index: usize,
         bytes: &[u8],
         folder: &str,
     ) -> Result<(), WorldError> {
-        let Some(mesh) = self.meshes.get(nth) else {
+        let Some(mesh) = self.meshes.get(index) else {
             return Ok(());
         };
         let grid = (blake3::hash(bytes).to_hex().as_str() == mesh.hash)
@@ -58,7 +58,7 @@ impl WorldPlan {
             .flatten();
         let grid = grid.ok_or_else(|| {
             WorldError::plan(
-                format!("{folder}/meshes/{nth}"),
+                format!("{folder}/meshes/{index}"),
                 format!("the samples of {} are missing or damaged", mesh.path),
             )
         })?;

@@ -59,9 +59,9 @@ impl StoredWorld {
         })?;
         let plan = Manifest::from_bytes(&text, &format!("{folder}/manifest.json"))?.plan;
         let mut scene = plan.scene()?;
-        for (nth, name) in plan.mesh_names().enumerate() {
+        for (index, name) in plan.mesh_names().enumerate() {
             let bytes = world.runtime().block_on(world.get(&name, MAX_MESH_BYTES))?;
-            plan.set_mesh(&mut scene, nth, &bytes.unwrap_or_default(), folder)?;
+            plan.set_mesh(&mut scene, index, &bytes.unwrap_or_default(), folder)?;
         }
         let mut opened = Self::of(plan, scene, world, options)?;
         opened.read_deltas()?;

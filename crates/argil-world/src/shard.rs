@@ -87,9 +87,9 @@ impl Shard {
     /// Returns the shard's part of all tiles. Runs are short enough that each shard has several, if there are enough tiles.
     pub(crate) fn part<T: Copy>(&self, all: &[T]) -> Vec<T> {
         let run = (all.len() as u64 / (RUNS * self.count)).clamp(RUN_TILES[0], RUN_TILES[1]);
-        let nth_run = |nth: usize| nth as u64 / run;
-        let own = (0..all.len()).filter(|&nth| nth_run(nth) % self.count == self.index);
-        own.map(|nth| all[nth]).collect()
+        let run_of = |index: usize| index as u64 / run;
+        let own = (0..all.len()).filter(|&index| run_of(index) % self.count == self.index);
+        own.map(|index| all[index]).collect()
     }
 
     fn checked(self) -> Result<Self, String> {

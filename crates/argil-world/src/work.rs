@@ -126,7 +126,7 @@ pub(crate) async fn present_tiles(world: &Store) -> Result<FxHashSet<TileAddress
 pub(crate) fn shared(plan: &WorldPlan, scene: &Scene) -> impl Iterator<Item = (String, Bytes)> {
     let meshes = scene.loaded_meshes().into_iter().enumerate();
     let meshes =
-        meshes.map(|(nth, (_, _, grid))| (format!("meshes/{nth}"), mesh_bytes(grid).into()));
+        meshes.map(|(index, (_, _, grid))| (format!("meshes/{index}"), mesh_bytes(grid).into()));
     let own = ("plan.json".to_owned(), plan.to_json().into());
     meshes.chain(std::iter::once(own))
 }
@@ -161,7 +161,7 @@ impl Job<'_> {
             (self.world.clone(), self.failed.clone(), self.counts.clone());
         runtime.spawn(async move {
             let length = bytes.len() as u64;
-            let add = |nth: usize, more: u64| counts[nth].fetch_add(more, Ordering::Relaxed);
+            let add = |index: usize, more: u64| counts[index].fetch_add(more, Ordering::Relaxed);
             match world.put_new(&name, bytes).await {
                 Ok(true) => {
                     add(0, 1);

@@ -65,11 +65,11 @@ fn decoded(bytes: &[u8], place: &Path) -> Result<SceneImage, MeshFileError> {
     let image = DynamicImage::into_rgb32f(image);
     let pixels = image.pixels();
     let mut pixels: Vec<[f32; 3]> = pixels.map(|pixel| pixel.0).collect();
-    if let Some(nth) = pixels
+    if let Some(index) = pixels
         .iter()
         .position(|own| own.iter().any(|c| !c.is_finite()))
     {
-        let (x, y) = (nth % width as usize, nth / width as usize);
+        let (x, y) = (index % width as usize, index / width as usize);
         return Err(fault(format!(
             "the pixel in column {x} of row {y}, from 0 at the top left, is not a finite color: repair the image"
         )));

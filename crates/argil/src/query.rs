@@ -125,8 +125,8 @@ impl<'a> Query<'a> {
                 self.each_list(points, |list, [x, y, z], nths| {
                     let d = &mut d[..nths.len()];
                     evaluator.distances_with(list, x, y, z, d);
-                    for (d, &nth) in d.iter().zip(nths) {
-                        out[nth as usize] = *d;
+                    for (d, &index) in d.iter().zip(nths) {
+                        out[index as usize] = *d;
                     }
                 });
             }
@@ -162,8 +162,8 @@ impl<'a> Query<'a> {
             let n = nths.len();
             let gradients = g.each_mut().map(|g| &mut g[..n]);
             evaluator.gradients_with(list, points, &mut d[..n], gradients);
-            for (i, &nth) in nths.iter().enumerate() {
-                out[nth as usize] = (d[i], [g[0][i], g[1][i], g[2][i]]);
+            for (i, &index) in nths.iter().enumerate() {
+                out[index as usize] = (d[i], [g[0][i], g[1][i], g[2][i]]);
             }
         });
     }
@@ -177,8 +177,8 @@ impl<'a> Query<'a> {
         let program = self.world.program();
         let mut lanes = [[0.0f32; LANES]; 3];
         let mut visit = |list: Option<&[Instruction]>, nths: &[u32]| {
-            for (i, &nth) in nths.iter().enumerate() {
-                for (lanes, own) in lanes.iter_mut().zip(points[nth as usize]) {
+            for (i, &index) in nths.iter().enumerate() {
+                for (lanes, own) in lanes.iter_mut().zip(points[index as usize]) {
                     lanes[i] = own;
                 }
             }

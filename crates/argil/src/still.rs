@@ -208,8 +208,8 @@ impl Query<'_> {
         }
         let mut clear = 0.0;
         let mut opaque = None;
-        for nth in 1..INNER_PLACES {
-            let t = end * nth as f32 / INNER_PLACES as f32;
+        for index in 1..INNER_PLACES {
+            let t = end * index as f32 / INNER_PLACES as f32;
             if is_opaque(probe, t) {
                 opaque = Some(t);
                 break;

@@ -29,8 +29,8 @@ fn world_of(engine: Engine, scene: &mut Scene, resolution: u32) -> World {
     world.expect("a world")
 }
 
-fn moved(scene: &mut Scene, nth: usize, by: [f32; 3]) {
-    let node = scene.node(Scene::ROOT).children()[nth];
+fn moved(scene: &mut Scene, index: usize, by: [f32; 3]) {
+    let node = scene.node(Scene::ROOT).children()[index];
     let by = Modifier::Translate { by };
     scene.apply(Edit::Transform { node, by }).expect("an edit");
 }
@@ -354,8 +354,8 @@ fn jumps_cost_only_where_they_are() -> Outcome {
     let drag = |scene: &mut Scene, world: &mut World| -> Result<_, Box<dyn std::error::Error>> {
         let mut done = Vec::new();
         let is_far = |&i: &u32| spread(i, 7) < -0.8;
-        for nth in (0..150).filter(is_far).map(|i| i as usize) {
-            moved(scene, nth, [0.02, 0.0, 0.01]);
+        for index in (0..150).filter(is_far).map(|i| i as usize) {
+            moved(scene, index, [0.02, 0.0, 0.01]);
             let applied = world.apply(scene)?;
             assert!(!applied.rebuilt, "{:?}", applied.reason);
             done.push(world.flush()?.filled);
@@ -368,12 +368,12 @@ fn jumps_cost_only_where_they_are() -> Outcome {
     let without = drag(&mut scene, &mut world)?;
     assert!(without.len() > 3, "{without:?}");
     let bricks = cells(&world).len();
-    for (nth, shape) in shapes.iter().enumerate() {
+    for (index, shape) in shapes.iter().enumerate() {
         for copies in &copies {
             let text = format!(
                 r#"{{"edit":"insert","entry":{{"shape":{shape},"modifiers":[
                     {{"type":"displace","amplitude":0.01,"frequency":9}},{copies},
-                    {{"type":"translate","by":[0.9,0.8,-0.8]}}],"blend":0.0{nth}}}}}"#
+                    {{"type":"translate","by":[0.9,0.8,-0.8]}}],"blend":0.0{index}}}}}"#
             );
             scene.apply_log_line(&text.replace('\n', ""))?;
             let applied = world.apply(&scene)?;
@@ -489,8 +489,8 @@ fn carving_one_place_again_and_again_stays_right() -> Outcome {
                 }
                 29 => {
                     // The middle of the list, and the middle of the place.
-                    let nth = scene.node(Scene::ROOT).children().len() / 2;
-                    moved(&mut scene, nth, [0.05, 0.0, 0.0]);
+                    let index = scene.node(Scene::ROOT).children().len() / 2;
+                    moved(&mut scene, index, [0.05, 0.0, 0.0]);
                     assert!(!world.apply(&scene)?.rebuilt);
                 }
                 35 => {
@@ -533,8 +533,8 @@ fn changes_of_bricks_are_listed() -> Outcome {
     let size = before.layout().brick_bytes() as usize;
     let mut pool = before.pool().bytes().to_vec();
     let mut words = before.words().to_vec();
-    for (nth, by) in [(16, [0.02, 0.0, 0.0]), (3, [0.0, 0.01, 0.0])] {
-        moved(&mut scene, nth, by);
+    for (index, by) in [(16, [0.02, 0.0, 0.0]), (3, [0.0, 0.01, 0.0])] {
+        moved(&mut scene, index, by);
         assert!(!world.apply(&scene)?.rebuilt);
     }
     let changes = world.take_brick_changes().expect("bricks");

@@ -76,8 +76,8 @@ fn difference(a: &Still, b: &Still) -> Difference {
         for first_x in (0..SIZE[0]).step_by(BLOCK as usize) {
             for channel in 0..3 {
                 let (mut apart, mut variance) = (0.0, 0.0);
-                for nth in 0..BLOCK * BLOCK {
-                    let (x, y) = (first_x + nth % BLOCK, first_y + nth / BLOCK);
+                for index in 0..BLOCK * BLOCK {
+                    let (x, y) = (first_x + index % BLOCK, first_y + index / BLOCK);
                     let at = (y * SIZE[0] + x) as usize;
                     let [own, other] = lights.each_ref().map(|all| f64::from(all[at][channel]));
                     apart += own - other;
@@ -180,8 +180,8 @@ fn foggy() -> Result<Scene, Box<dyn std::error::Error>> {
         [-0.3, 0.4, 0.0],
     );
     let mut scene = scene(view, "", &sphere)?;
-    let pixels = (0..16 * 8).map(|nth| {
-        let (x, y) = (nth % 16, nth / 16);
+    let pixels = (0..16 * 8).map(|index| {
+        let (x, y) = (index % 16, index / 16);
         let sun = if x == 5 && y == 2 { 40.0 } else { 0.0 };
         [
             0.2 + 0.05 * x as f32 + sun,

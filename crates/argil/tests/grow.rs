@@ -184,14 +184,14 @@ fn edits_anywhere_equal_a_fresh_bake() -> Outcome {
         let mut scene = one_ball()?;
         let mut world = bricks_of(&engine, &mut scene, 48);
         let (mut rebuilt, mut nodes) = (0, Vec::new());
-        for nth in 0..edits {
+        for index in 0..edits {
             let reach = 10f32.powf(-3.0 + 7.0 * unit());
             let direction = [unit() - 0.5, unit() - 0.5, unit() - 0.5];
             let at = direction.map(|d| 2.0 * reach * d);
-            match nth % 5 {
+            match index % 5 {
                 0..=2 => {
                     let brush = Brush::new(Shape::sphere(0.2 + 0.4 * unit())).at(at);
-                    let brush = match nth % 3 {
+                    let brush = match index % 3 {
                         0 => brush,
                         1 => brush.smooth(0.1),
                         _ => brush.subtract(),
@@ -219,7 +219,7 @@ fn edits_anywhere_equal_a_fresh_bake() -> Outcome {
             assert_eq!(
                 world.diff_from_rebuild()?,
                 Some(0),
-                "edit {nth}, {reach} away, {:?}",
+                "edit {index}, {reach} away, {:?}",
                 applied.reason
             );
         }

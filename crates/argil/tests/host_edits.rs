@@ -34,11 +34,11 @@ fn brushes() -> Vec<Brush> {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (seed >> 8) as f32 / (1 << 24) as f32 * 2.0 - 1.0
     };
-    let all = shapes.enumerate().map(|(nth, shape)| {
+    let all = shapes.enumerate().map(|(index, shape)| {
         let place = [random(), 0.3 * random(), random()];
         let brush = Brush::new(shape.clone()).at(place).scaled(0.3);
-        let brush = brush.smooth(if nth % 3 == 0 { 0.05 } else { 0.0 });
-        match nth % 2 {
+        let brush = brush.smooth(if index % 3 == 0 { 0.05 } else { 0.0 });
+        match index % 2 {
             0 => brush.subtract(),
             _ => brush,
         }
@@ -59,7 +59,7 @@ fn edits_are_part_of_the_hosts_submission() -> Outcome {
     let mut own = twin.host_frame(&Host::targets())?;
     let mut without_work = 0;
     let all = brushes();
-    for (nth, brush) in all.iter().enumerate() {
+    for (index, brush) in all.iter().enumerate() {
         scene.push(brush.clone())?;
         let before = gpu.counters();
         let mut encoder = host.device.create_command_encoder(&Default::default());
@@ -74,7 +74,7 @@ fn edits_are_part_of_the_hosts_submission() -> Outcome {
         let used = gpu.counters().since(before);
         assert!(!report.rebuilt, "{report:?}");
         assert_eq!((used.submissions, used.waits), (0, 0), "{used:?}");
-        if nth * 2 >= all.len() {
+        if index * 2 >= all.len() {
             assert!(used.buffers <= 1 && used.pipelines == 0, "{used:?}");
             without_work += usize::from(used.buffers == 0);
         }

@@ -182,7 +182,7 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
                 // Where two are near, either may win. Paint is no surface.
                 let is_clear = |owner: usize| {
                     let mut others = gaps.iter().enumerate();
-                    others.all(|(nth, gap)| nth == owner || nth == 4 || *gap > NEAR[1])
+                    others.all(|(index, gap)| index == owner || index == 4 || *gap > NEAR[1])
                 };
                 let Some(owner) = owner.filter(|&owner| is_clear(owner) && owner != 4) else {
                     continue;
@@ -202,7 +202,7 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
             let seen = counts
                 .iter()
                 .enumerate()
-                .all(|(nth, own)| nth == 4 || *own > 8);
+                .all(|(index, own)| index == 4 || *own > 8);
             assert!(seen, "{representation:?}: {counts:?}");
         }
     }

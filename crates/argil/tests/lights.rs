@@ -304,16 +304,16 @@ fn textures_move_with_their_brushes() -> Outcome {
         Ok(world.query().material(point).base_color[0])
     };
     let moved = r#"{"type": "rotate", "axis": [0, 1, 0], "degrees": 90}, {"type": "translate", "by": [2, 1, 0]}"#;
-    for nth in 0..8 {
-        let y = 0.1 * nth as f32 - 0.35;
+    for index in 0..8 {
+        let y = 0.1 * index as f32 - 0.35;
         let before = [0.5, y, 0.2];
         // A quarter turn about y takes x to −z and z to x.
         let after = [2.2, 1.0 + y, -0.5];
         let own = at("brush", "", before)?;
-        assert!((own - at("brush", moved, after)?).abs() < 1e-3, "{nth}");
+        assert!((own - at("brush", moved, after)?).abs() < 1e-3, "{index}");
         assert!((at("world", moved, after)? - at("world", "", after)?).abs() < 0.5);
         let apart = (own - at("brush", "", [0.5, y, 0.05])?).abs();
-        assert!(apart > 1e-4, "{nth}: the pattern is flat");
+        assert!(apart > 1e-4, "{index}: the pattern is flat");
     }
     // In the scene, the same point has the same color wherever the brush is.
     let shifted = r#"{"type": "translate", "by": [0.1, 0, 0]}"#;
@@ -359,19 +359,19 @@ fn images_are_upright_and_not_mirrored() -> Outcome {
         ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
         ([0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
     ] {
-        for (nth, (x, y)) in [(-0.25, 0.25), (0.25, 0.25), (-0.25, -0.25), (0.25, -0.25)]
+        for (index, (x, y)) in [(-0.25, 0.25), (0.25, 0.25), (-0.25, -0.25), (0.25, -0.25)]
             .into_iter()
             .enumerate()
         {
             let point = [0, 1, 2].map(|k| 0.5 * out[k] + x * right[k] + y * up[k]);
             let found = world.query().material(point).base_color;
-            let expected: [f32; 3] = pixels[nth];
+            let expected: [f32; 3] = pixels[index];
             let apart = (0..3)
                 .map(|k| (found[k] - expected[k]).abs())
                 .fold(0.0, f32::max);
             assert!(
                 apart < 0.02,
-                "{out:?} {nth}: {found:?}, expected {expected:?}"
+                "{out:?} {index}: {found:?}, expected {expected:?}"
             );
         }
     }

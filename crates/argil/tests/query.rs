@@ -223,8 +223,8 @@ fn threads_ask_while_edits_go_on() {
                 })
             })
             .collect();
-        for nth in 0..60 {
-            if nth % 2 == 0 {
+        for index in 0..60 {
+            if index % 2 == 0 {
                 let bite = Brush::new(Shape::sphere(0.2))
                     .at([-0.3, 0.0, 0.5])
                     .subtract();

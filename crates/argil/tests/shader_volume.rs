@@ -53,7 +53,7 @@ const ASK: &str = "
 struct Hit { t: f32 }
 @group(0) @binding(0) var<storage, read> cells: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> hits: array<vec4<f32>>;
-fn locate(nth: u32) -> vec4<f32> { return cells[nth]; }
+fn locate(index: u32) -> vec4<f32> { return cells[index]; }
 @compute @workgroup_size(64)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= arrayLength(&cells) / 2u {

@@ -39,7 +39,7 @@ fn shadowed(world: &World) -> Result<Vec<usize>, Box<dyn std::error::Error>> {
         let step = |axis: Vec3| distance(p + 1e-3 * axis) - distance(p - 1e-3 * axis);
         let normal = Vec3::new(step(Vec3::X), step(Vec3::Y), step(Vec3::Z)).normalize_or_zero();
         let from = p + 0.01 * normal;
-        let mut along = (0..750).map(|nth| from + sun * (0.004 * nth as f32));
+        let mut along = (0..750).map(|index| from + sun * (0.004 * index as f32));
         normal.dot(sun) > 0.15 && along.any(|p| distance(p) < -0.02)
     };
     let pixels = (0..lengths.len()).step_by(7);

@@ -115,18 +115,18 @@ fn values_of_any_slope_become_distances() {
         (|d| d.clamp(-0.075, 0.075), false),
         (|d| d.clamp(-0.1, 0.1), false),
     ];
-    for (nth, (function, is_scaled)) in functions.iter().enumerate() {
+    for (index, (function, is_scaled)) in functions.iter().enumerate() {
         let values = (0..SIDE.pow(3)).map(|i| function(position(i).length() - 0.5));
         let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
         let read = read_volume_bytes(&bytes, "a.raw".as_ref(), &options).expect("a volume");
-        assert_eq!(read.scale != 1.0, *is_scaled, "{nth}: {}", read.scale);
+        assert_eq!(read.scale != 1.0, *is_scaled, "{index}: {}", read.scale);
         let copy = world(Shape::sampled("a", read.grid));
         for away in [0.2, 0.45, 0.5, 0.55, 0.6, 0.9, 1.4] {
             for way in [Vec3::X, Vec3::new(0.6, 0.7, 0.3), -Vec3::ONE] {
                 let d = copy.distance((away * way.normalize()).to_array());
                 assert!(
                     (d - (away - 0.5)).abs() < 0.3 * voxel,
-                    "{nth}: {d} at {away} along {way}"
+                    "{index}: {d} at {away} along {way}"
                 );
             }
         }

@@ -36,8 +36,8 @@ fn a_pyramid_has_the_fields_distances() {
         let array = Array::open(store.clone(), &format!("/{level}")).expect("an array");
         let shape = array.shape().to_vec();
         count += shape.iter().product::<u64>();
-        let numbers = |nth: usize, key: &str| -> Vec<f32> {
-            let own = &dataset["coordinateTransformations"][nth][key];
+        let numbers = |index: usize, key: &str| -> Vec<f32> {
+            let own = &dataset["coordinateTransformations"][index][key];
             let own = own.as_array().expect("numbers").iter();
             own.map(|n| n.as_f64().expect("a number") as f32).collect()
         };

@@ -40,8 +40,8 @@ pub(super) struct PlotAxes<'a> {
 
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-fn color(nth: usize) -> RGBColor {
-    COLORS[nth % COLORS.len()]
+fn color(index: usize) -> RGBColor {
+    COLORS[index % COLORS.len()]
 }
 
 fn drawn(title: &str, draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> Drawn) -> String {
@@ -114,8 +114,8 @@ macro_rules! framed {
 macro_rules! with_lines {
     ($chart:expr, $series:expr) => {{
         let mut chart = $chart;
-        for (nth, (name, points)) in $series.iter().enumerate() {
-            let color = color(nth);
+        for (series, (name, points)) in $series.iter().enumerate() {
+            let color = color(series);
             chart
                 .draw_series(LineSeries::new(
                     points.iter().copied(),
@@ -266,10 +266,10 @@ pub(super) fn bars(
                     .draw()?;
                 let each = 0.84 / series.len().max(1) as f64;
                 let mut under = vec![0.0; groups.len()];
-                for (nth, (name, own)) in series.iter().enumerate() {
-                    let color = color(nth);
+                for (index, (name, own)) in series.iter().enumerate() {
+                    let color = color(index);
                     let place = BarPosition {
-                        nth,
+                        index,
                         each,
                         floor,
                         stacked,
@@ -303,7 +303,7 @@ pub(super) fn bars(
 /// Position of a series' bars.
 struct BarPosition {
     /// Index of the series.
-    nth: usize,
+    index: usize,
     /// Width of a bar, relative to the group.
     each: f64,
     floor: f64,
@@ -320,7 +320,7 @@ fn placed(
     under: &mut [f64],
 ) -> (Vec<Span>, Vec<Span>) {
     let &BarPosition {
-        nth,
+        index,
         each,
         floor,
         stacked,
@@ -333,7 +333,7 @@ fn placed(
             under[group] += bar.value;
             (group as f64 + 0.15, group as f64 + 0.85, low)
         } else {
-            let left = group as f64 + 0.08 + each * nth as f64;
+            let left = group as f64 + 0.08 + each * index as f64;
             (left, left + 0.92 * each, floor)
         };
         let high = low + bar.value - if stacked { 0.0 } else { floor };

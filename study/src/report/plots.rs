@@ -178,14 +178,14 @@ fn grouped(
         if record.parameters.contains_key("normals") && record.via == "mesh" {
             name += &format!(" {}³", record.parameter("resolution").unwrap_or(0.0));
         }
-        let nth = series
+        let index = series
             .iter()
             .position(|(n, _)| *n == name)
             .unwrap_or_else(|| {
                 series.push((name.clone(), Vec::new()));
                 series.len() - 1
             });
-        let bars = &mut series[nth].1;
+        let bars = &mut series[index].1;
         if bars.len() <= at {
             bars.resize(at + 1, None);
         }

@@ -83,16 +83,16 @@ pub(super) fn sample(
         })
         .collect();
     // Materials that are nowhere in the solid are left out. The first of the others is under all of them.
-    let is_there = |nth: &usize| {
+    let is_there = |material: &usize| {
         cells
             .iter()
-            .any(|cell| cell.is_near && cell.ranges[*nth][1] > 0.0)
+            .any(|cell| cell.is_near && cell.ranges[*material][1] > 0.0)
     };
     let mut there = (0..materials.len()).filter(is_there);
-    let first = there.next().and_then(|nth| name(materials[nth]));
-    let others = there.filter_map(|nth| {
-        let grid = sample_one(nth, &weights, &cells, lattice);
-        name(materials[nth]).map(|name| (name, grid))
+    let first = there.next().and_then(|material| name(materials[material]));
+    let others = there.filter_map(|material| {
+        let grid = sample_one(material, &weights, &cells, lattice);
+        name(materials[material]).map(|name| (name, grid))
     });
     let others = others.collect();
     Paints { first, others }
@@ -123,7 +123,7 @@ impl Weights<'_> {
         let mut marks = vec![GpuMaterial::default(); points.len()];
         for (start, sampler) in &self.samplers {
             sampler.materials(points, &mut marks);
-            for (nth, &material) in self.materials.iter().enumerate() {
+            for (index, &material) in self.materials.iter().enumerate() {
                 let Some(channel) = material
                     .checked_sub(*start)
                     .filter(|&channel| channel < Program::MARKED_MATERIALS)
@@ -131,7 +131,7 @@ impl Weights<'_> {
                     continue;
                 };
                 for (mark, shares) in marks.iter().zip(all.chunks_mut(count)) {
-                    shares[nth] = match channel {
+                    shares[index] = match channel {
                         0..4 => mark.base_roughness[channel],
                         _ => mark.emission_metallic[channel - 4],
                     };
@@ -198,29 +198,29 @@ impl CellWeights {
     }
 
     /// Whether the border of a material crosses the cell.
-    fn is_crossed(&self, nth: usize) -> bool {
-        let [least, most] = self.ranges[nth];
+    fn is_crossed(&self, material: usize) -> bool {
+        let [least, most] = self.ranges[material];
         least < 1.0 && most > 0.0
     }
 }
 
 /// Samples where one material is.
 fn sample_one(
-    nth: usize,
+    material: usize,
     weights: &Weights<'_>,
     cells: &[CellWeights],
     lattice: Lattice,
 ) -> SampledGrid {
-    let border = Border::new(nth, weights, cells, lattice);
+    let border = Border::new(material, weights, cells, lattice);
     let size = lattice.cell * lattice.cells.as_vec3();
     let region = Aabb::new(lattice.corner, lattice.corner + size);
     SampledGrid::sample(lattice.corner, lattice.cell, lattice.cells, region, &border)
 }
 
 /// Counts how many cells each cell is from one that a border crosses, along the largest axis.
-fn steps_to_border(cells: &[CellWeights], nth: usize, count: UVec3) -> Vec<u8> {
+fn steps_to_border(cells: &[CellWeights], material: usize, count: UVec3) -> Vec<u8> {
     let mut steps = vec![u8::MAX; cells.len()];
-    let crossed = (0..cells.len()).filter(|&index| cells[index].is_crossed(nth));
+    let crossed = (0..cells.len()).filter(|&index| cells[index].is_crossed(material));
     let mut open: VecDeque<usize> = crossed.collect();
     for &index in &open {
         steps[index] = 0;
@@ -245,7 +245,7 @@ fn steps_to_border(cells: &[CellWeights], nth: usize, count: UVec3) -> Vec<u8> {
 
 /// The distance of a material's border.
 struct Border<'a, 'b> {
-    nth: usize,
+    material: usize,
     weights: &'a Weights<'b>,
     cells: &'a [CellWeights],
     lattice: Lattice,
@@ -256,17 +256,17 @@ struct Border<'a, 'b> {
 
 impl<'a, 'b> Border<'a, 'b> {
     fn new(
-        nth: usize,
+        material: usize,
         weights: &'a Weights<'b>,
         cells: &'a [CellWeights],
         lattice: Lattice,
     ) -> Self {
         let mut border = Self {
-            nth,
+            material,
             weights,
             cells,
             lattice,
-            steps: steps_to_border(cells, nth, lattice.cells),
+            steps: steps_to_border(cells, material, lattice.cells),
             corners: Vec::new(),
         };
         let count = lattice.cells + 1;
@@ -287,7 +287,7 @@ impl<'a, 'b> Border<'a, 'b> {
     fn measure(&self, points: &[Vec3], out: &mut [f32]) {
         let softness = SOFTNESS * self.lattice.voxel;
         self.weights.each(points, |index, all| {
-            let weight = all[self.nth];
+            let weight = all[self.material];
             let side = if weight > 0.5 { -1.0 } else { 1.0 };
             out[index] = side * self.clearance(points[index]) + softness * (0.5 - weight);
         });

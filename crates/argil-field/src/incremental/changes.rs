@@ -47,9 +47,9 @@ impl IncrementalProgram {
             }
         }
         changes_made.stretches.sort_unstable();
-        for (nth, old) in changes_made.before.iter().enumerate() {
+        for (index, old) in changes_made.before.iter().enumerate() {
             for part in self.index.parts_of(old, &self.groups) {
-                changes_made.near.entry(part).or_default().push(nth);
+                changes_made.near.entry(part).or_default().push(index);
             }
         }
     }
@@ -91,7 +91,7 @@ impl IncrementalProgram {
             .collect();
         own.sort_unstable();
         own.dedup();
-        let own = own.into_iter().map(|nth| &touched.before[nth]);
+        let own = own.into_iter().map(|index| &touched.before[index]);
         let everywhere = self.index.everywhere.iter().filter(|(_, node)| stays(node));
         let was_everywhere = |old: &&Operand| self.index.is_everywhere(old, &self.groups);
         let mut others: Vec<(u64, &Operand)> = own

@@ -86,8 +86,8 @@ impl IncrementalProgram {
             if !own.is_finite() || parts > MAX_PARTS {
                 return false;
             }
-            for nth in 0..x * y * z {
-                let step = [nth % x, nth / x % y, nth / (x * y)];
+            for index in 0..x * y * z {
+                let step = [index % x, index / x % y, index / (x * y)];
                 let part = low + IVec3::from(step.map(|c| c as i32));
                 for level in self.index.near_by_level(part) {
                     near.extend(level.iter().map(|entry| (entry.rank, *entry)));

@@ -21,7 +21,7 @@ pub struct MovedBrush {
     /// The piece that has it.
     pub piece: NodeId,
     /// The number of its instruction in the piece.
-    pub nth: usize,
+    pub index: usize,
     /// The number of the piece's instructions.
     pub count: usize,
     /// Maps a point of the brush to where that point was.
@@ -81,16 +81,16 @@ impl IncrementalProgram {
             // Maps around them may come and go.
             let ops = |of: &Operand, all: &[(usize, DAffine3)]| -> Vec<u32> {
                 all.iter()
-                    .map(|&(nth, _)| of.instructions[nth].op)
+                    .map(|&(index, _)| of.instructions[index].op)
                     .collect()
             };
             if ops(before, &old) != ops(now, &new) {
                 continue;
             }
             let pairs = old.into_iter().zip(new);
-            let moves = pairs.map(|((_, old), (nth, new))| MovedBrush {
+            let moves = pairs.map(|((_, old), (index, new))| MovedBrush {
                 piece,
-                nth,
+                index,
                 count: now.instructions.len(),
                 // Exact where nothing moved.
                 before_from_now: match old == new {
@@ -130,7 +130,7 @@ impl IncrementalProgram {
         };
         for own in updates.into_iter().flatten().filter(is_as_it_was) {
             let map = maps
-                .entry((own.piece, own.nth))
+                .entry((own.piece, own.index))
                 .or_insert(DAffine3::IDENTITY);
             *map *= own.before_from_now;
         }
@@ -138,10 +138,10 @@ impl IncrementalProgram {
         let mut brushes: BTreeMap<u32, Option<DAffine3>> = BTreeMap::new();
         let air = self.counts.max_outward_offset();
         let mut last = None;
-        for ((piece, nth), map) in maps {
+        for ((piece, index), map) in maps {
             let operand = self.operands.get(&piece).filter(|own| own.takes_part);
             let Some((operand, instr)) =
-                operand.and_then(|own| Some((own, own.instructions.get(nth)?)))
+                operand.and_then(|own| Some((own, own.instructions.get(index)?)))
             else {
                 continue;
             };
@@ -184,10 +184,10 @@ impl IncrementalProgram {
         // Whether only maps came before, and these.
         let mut place = (true, DAffine3::IDENTITY);
         let mut kept = Vec::new();
-        for (nth, instr) in piece.instructions.iter().enumerate() {
+        for (index, instr) in piece.instructions.iter().enumerate() {
             let op = instr.op;
             if op < abi::OP_SHAPES_END {
-                all.push((nth, self.with_map(place, instr).1));
+                all.push((index, self.with_map(place, instr).1));
             } else if op == abi::OP_AFFINE {
                 place = self.with_map(place, instr);
             } else if op == abi::OP_PUSH_POINT {

@@ -144,9 +144,9 @@ impl IncrementalProgram {
             // No room: renumber everything.
             self.update.renumbered = true;
             let order = std::mem::take(&mut self.order);
-            for (&node, nth) in order.values().zip(1..) {
+            for (&node, index) in order.values().zip(1..) {
                 if let Some(operand) = self.operands.get_mut(&node) {
-                    operand.rank = nth * RANK_STEP;
+                    operand.rank = index * RANK_STEP;
                     self.order.insert(operand.rank, node);
                 }
             }

@@ -208,8 +208,8 @@ impl Lowering<'_> {
             }
             for cluster in large.chunks(CLUSTER) {
                 self.open_group(bound(cluster));
-                for (nth, &pose) in cluster.iter().enumerate() {
-                    emit(self, pose, nth == 0)?;
+                for (index, &pose) in cluster.iter().enumerate() {
+                    emit(self, pose, index == 0)?;
                 }
                 self.emit(combine);
             }
@@ -256,8 +256,8 @@ impl Lowering<'_> {
         let moved = (self.program.instructions.len() - first.start) as u32;
         let map = self.map_of(pose, frame);
         self.emit(map);
-        for nth in first.start + 1..first.end {
-            let mut instr = self.program.instructions[nth];
+        for index in first.start + 1..first.end {
+            let mut instr = self.program.instructions[index];
             if instr.op == abi::OP_NEXT {
                 instr.operand += moved;
             }

@@ -126,12 +126,12 @@ impl Lowering<'_> {
         // first.
         let mut closing: Vec<LoweringTask> = Vec::new();
         let modifiers = entry.modifiers[..count].iter().zip(&stages);
-        for (nth, (modifier, content)) in modifiers.enumerate().rev() {
+        for (index, (modifier, content)) in modifiers.enumerate().rev() {
             if let Modifier::Instances { poses } = modifier {
                 self.tasks.extend(closing);
                 let bounds = (content, frame);
-                if !self.emit_brush_instances(node, nth, poses, bounds)? {
-                    self.push_instances(node, nth, poses, bounds);
+                if !self.emit_brush_instances(node, index, poses, bounds)? {
+                    self.push_instances(node, index, poses, bounds);
                 }
                 return Ok(());
             }

@@ -115,12 +115,12 @@ impl<'a> BrickBuilder<'a> {
         self.materials.reserve_exact(gpu, 4)?;
         let mut recorder = PassRecorder::new(gpu)?;
         let mut cells = 0;
-        for nth in 0..self.runs.len() {
+        for index in 0..self.runs.len() {
             if control.is_cancelled() {
                 return Err(GpuError::Cancelled);
             }
-            let prune = self.upload(nth, mode)?;
-            self.submit(nth, prune, &texture, [true, false], &mut recorder)
+            let prune = self.upload(index, mode)?;
+            self.submit(index, prune, &texture, [true, false], &mut recorder)
                 .await?;
             cells += self.accounting.read(gpu).await?.get(counter);
             self.measured = (mode == abi::BUILD_BLOCKS).then_some(prune);
@@ -160,25 +160,25 @@ impl<'a> BrickBuilder<'a> {
         let mut recorder = PassRecorder::new(gpu)?;
         let blocks = self.runs.iter().map(|run| run.slots.len() as u64);
         control.begin("blocks", blocks.sum());
-        for nth in 0..self.runs.len() {
+        for index in 0..self.runs.len() {
             if control.is_cancelled() {
                 return Err(GpuError::Cancelled);
             }
-            control.advance(self.runs[nth].slots.len() as u64);
+            control.advance(self.runs[index].slots.len() as u64);
             let prune = match measured {
                 Some(prune) => prune,
-                None => self.upload(nth, abi::BUILD_BLOCKS)?,
+                None => self.upload(index, abi::BUILD_BLOCKS)?,
             };
             let parts = [measured.is_none(), true];
-            self.submit(nth, prune, &texture, parts, &mut recorder)
+            self.submit(index, prune, &texture, parts, &mut recorder)
                 .await?;
         }
         Ok((texture, recorder.finish().await?))
     }
 
     /// Uploads the blocks of a run, and their programs.
-    fn upload(&mut self, nth: usize, build_mode: u32) -> Result<PruneUniform, GpuError> {
-        let (gpu, run) = (self.field.gpu(), &self.runs[nth]);
+    fn upload(&mut self, index: usize, build_mode: u32) -> Result<PruneUniform, GpuError> {
+        let (gpu, run) = (self.field.gpu(), &self.runs[index]);
         let instructions = if run.instructions.is_empty() {
             NOP
         } else {
@@ -197,13 +197,13 @@ impl<'a> BrickBuilder<'a> {
     /// Submits the passes of a run: those that find cells near the surface, and those that sample them.
     async fn submit(
         &mut self,
-        nth: usize,
+        index: usize,
         prune: PruneUniform,
         texture: &wgpu::Texture,
         [measures, fills]: [bool; 2],
         recorder: &mut PassRecorder<'_>,
     ) -> Result<(), GpuError> {
-        let run = &self.runs[nth];
+        let run = &self.runs[index];
         let [chunk, chunks] = chunks(&self.layout, run.longest(), run.cells());
         let words = BrickBuildUniform {
             chunk,

@@ -123,7 +123,7 @@ impl LevelPool {
         while let Some(&first) = rest.first() {
             // Neighbors in a row of the pool go together.
             let limit = (width - first % width) as usize;
-            let follows = |(nth, brick): &(usize, &u32)| **brick == first + *nth as u32;
+            let follows = |(index, brick): &(usize, &u32)| **brick == first + *index as u32;
             let count = rest
                 .iter()
                 .enumerate()
@@ -132,10 +132,10 @@ impl LevelPool {
                 .count();
             rest = &rest[count..];
             staged.resize(count * brick_bytes, 0);
-            for nth in 0..count {
-                let own = &samples[(first as usize + nth) * brick_bytes..][..brick_bytes];
+            for index in 0..count {
+                let own = &samples[(first as usize + index) * brick_bytes..][..brick_bytes];
                 for (row, own) in own.chunks_exact(line).enumerate() {
-                    let to = (row * count + nth) * line;
+                    let to = (row * count + index) * line;
                     staged[to..to + line].copy_from_slice(own);
                 }
             }
@@ -189,8 +189,8 @@ impl LevelPool {
             let all = read_texels(gpu, texture, 0, texels, across, range).await?;
             let first = (layer * width * height) as usize;
             for brick in first..count.min(first + (width * height) as usize) {
-                let nth = brick - first;
-                let (x, y) = (nth % width as usize, nth / width as usize);
+                let index = brick - first;
+                let (x, y) = (index % width as usize, index / width as usize);
                 for row in 0..(SIDE * SIDE) as usize {
                     let (j, k) = (row % SIDE as usize, row / SIDE as usize);
                     let at = (k * height as usize * SIDE as usize + y * SIDE as usize + j)

@@ -41,22 +41,22 @@ impl Sheets {
             seams: Vec::new(),
         };
         // A larger voxel can be at two sides of an edge.
-        for (nth, edge) in edges.iter().enumerate() {
+        for (index, edge) in edges.iter().enumerate() {
             for k in 0..4 {
                 for other in k + 1..4 {
                     if edge.around[k] == edge.around[other] {
-                        own.join(4 * nth + k, 4 * nth + other);
+                        own.join(4 * index + k, 4 * index + other);
                     }
                 }
             }
         }
         let mut all: Vec<OnFace> = (0u32..)
             .zip(edges)
-            .flat_map(|(nth, edge)| on_faces(nth, edge))
+            .flat_map(|(index, edge)| on_faces(index, edge))
             .collect();
         all.par_sort_unstable_by_key(|one| (one.voxels, one.edge));
-        for (nth, face) in (0..).zip(all.chunk_by(|a, b| a.voxels == b.voxels)) {
-            own.join_face(levels, edges, face, nth);
+        for (index, face) in (0..).zip(all.chunk_by(|a, b| a.voxels == b.voxels)) {
+            own.join_face(levels, edges, face, index);
         }
         own
     }
@@ -81,7 +81,7 @@ impl Sheets {
     }
 
     /// Joins the sign changes at the two ends of each inside interval of a face's border.
-    fn join_face(&mut self, levels: &Levels, edges: &[ActiveEdge], face: &[OnFace], nth: u32) {
+    fn join_face(&mut self, levels: &Levels, edges: &[ActiveEdge], face: &[OnFace], index: u32) {
         let normal = usize::from(face[0].normal);
         let (p, q) = ((normal + 1) % 3, (normal + 2) % 3);
         let of = |one: &OnFace| &edges[one.edge as usize];
@@ -123,7 +123,7 @@ impl Sheets {
                     self.seams.push(Seam {
                         edges: [one.edge, next.edge],
                         places: [one.places, next.places],
-                        face: nth,
+                        face: index,
                     });
                 }
             }
@@ -148,7 +148,7 @@ impl Sheets {
 }
 
 /// Returns the faces that an edge is on: between voxels that are next to each other around it.
-fn on_faces(nth: u32, edge: &ActiveEdge) -> impl Iterator<Item = OnFace> + use<> {
+fn on_faces(index: u32, edge: &ActiveEdge) -> impl Iterator<Item = OnFace> + use<> {
     let around = edge.around;
     let (u, v) = ((edge.axis + 1) % 3, (edge.axis + 2) % 3);
     (0..4usize).filter_map(move |k| {
@@ -166,7 +166,7 @@ fn on_faces(nth: u32, edge: &ActiveEdge) -> impl Iterator<Item = OnFace> + use<>
         };
         (a != b).then_some(OnFace {
             voxels,
-            edge: nth,
+            edge: index,
             places,
             normal: normal as u8,
         })

@@ -1,8 +1,8 @@
 // The cells of a unit, and the triangles of their cases.
 
-// Returns the row index of the nth row of cells.
-fn cell_row(nth: u32) -> u32 {
-    return nth % marching.side + points() * (nth / marching.side);
+// Returns the index of a row's first cell, given the number of the row.
+fn cell_row(index: u32) -> u32 {
+    return index % marching.side + points() * (index / marching.side);
 }
 
 // Returns the cells of a row that the surface passes through.
@@ -32,9 +32,9 @@ fn triangle_count(case_words: vec2<u32>) -> u32 {
     return case_words.y >> 28u;
 }
 
-// Returns the nth edge of a case's triangles.
-fn case_edge(case_words: vec2<u32>, nth: u32) -> u32 {
-    return select(case_words.x >> (4u * nth), case_words.y >> (4u * (nth - 8u)), nth >= 8u) & 15u;
+// Returns an edge of a case's triangles.
+fn case_edge(case_words: vec2<u32>, index: u32) -> u32 {
+    return select(case_words.x >> (4u * index), case_words.y >> (4u * (index - 8u)), index >= 8u) & 15u;
 }
 
 fn triangles_in(row: u32, last: vec3<u32>) -> u32 {

@@ -35,8 +35,8 @@ fn count_units(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
                 vertices += countOneBits(owned(unit, axis, row, crossed(axis, row, last)));
             }
         }
-        for (var nth = local; nth < marching.side * marching.side; nth += GROUP) {
-            triangles_here += triangles_in(cell_row(nth), last);
+        for (var index = local; index < marching.side * marching.side; index += GROUP) {
+            triangles_here += triangles_in(cell_row(index), last);
         }
     }
     let own = vec3(vertices, triangles_here, 0u);

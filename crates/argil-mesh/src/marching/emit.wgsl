@@ -29,8 +29,8 @@ fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: ve
     let end = min(begin + each, side * side);
     var own = 0u;
     if exists {
-        for (var nth = begin; nth < end; nth++) {
-            own += triangles_in(cell_row(nth), last);
+        for (var index = begin; index < end; index++) {
+            own += triangles_in(cell_row(index), last);
         }
     }
     let before = scanned(vec3(own, 0u, 0u), local).x;
@@ -52,8 +52,8 @@ fn emit(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: ve
     }
     if own > 0u {
         var at = 3u * (first.y + before);
-        for (var nth = begin; nth < end; nth++) {
-            let row = cell_row(nth);
+        for (var index = begin; index < end; index++) {
+            let row = cell_row(index);
             var left = active_cells(row, last);
             while left != 0u {
                 let x = firstTrailingBit(left);

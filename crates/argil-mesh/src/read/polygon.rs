@@ -220,8 +220,8 @@ fn restore(cut: &mut Vec<u32>, flat: &[DVec2]) {
             at_edge.insert([t[i], t[(i + 1) % 3]], 3 * at);
         }
     }
-    for (nth, &from) in used.iter().enumerate() {
-        let to = used[(nth + 1) % used.len()];
+    for (index, &from) in used.iter().enumerate() {
+        let to = used[(index + 1) % used.len()];
         let chain = (from + 1..from + count)
             .map(|i| i % count)
             .take_while(|&i| i != to);
@@ -235,8 +235,8 @@ fn restore(cut: &mut Vec<u32>, flat: &[DVec2]) {
             continue;
         };
         corners.copy_from_slice(&[from, chain[0], tip]);
-        for (nth, &corner) in chain.iter().enumerate() {
-            let next = chain.get(nth + 1).copied().unwrap_or(to);
+        for (index, &corner) in chain.iter().enumerate() {
+            let next = chain.get(index + 1).copied().unwrap_or(to);
             cut.extend([corner, next, tip]);
         }
         at_edge.insert([to, tip], cut.len() - 3);

@@ -3,7 +3,7 @@
 /// Iterates over the triangles of a strip. Every other one is reversed.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let all = corners.windows(3).enumerate();
-    all.map(|(nth, own)| match nth % 2 {
+    all.map(|(index, own)| match index % 2 {
         0 => [own[0], own[1], own[2]],
         _ => [own[1], own[0], own[2]],
     })

@@ -3,9 +3,9 @@
 
 // Lists a pixel. The list lies beside what the sun lights.
 fn defer(at: u32) {
-    let nth = atomicAdd(&live.deferred, 1u);
-    hits[sun_at(nth)].y = at;
-    if nth % 64u == 0u {
+    let index = atomicAdd(&live.deferred, 1u);
+    hits[sun_at(index)].y = at;
+    if index % 64u == 0u {
         atomicAdd(&live.groups_x, 1u);
     }
 }

@@ -1,9 +1,9 @@
 // Materials that bricks store.
 
 // Returns the position of a material's sample in voxels.
-fn material_place(nth: vec3<u32>) -> vec3<u32> {
+fn material_place(index: vec3<u32>) -> vec3<u32> {
     let steps = MATERIAL_SIDE - 1u;
-    return (2u * nth * volume.brick_size_voxels + steps) / (2u * steps);
+    return (2u * index * volume.brick_size_voxels + steps) / (2u * steps);
 }
 
 // GPU version of Bricks::material. The field provides what bricks do not store, in a pass of its own.

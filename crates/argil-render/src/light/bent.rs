@@ -25,12 +25,12 @@ const PLACES: [f32; 2] = [0.3, 1.0];
 const WIDTH: f32 = 0.5;
 
 /// Returns a direction of a normal's cones, and how much it counts. `turn` is from 0 to 1.
-fn cone(n: Vec3, nth: usize, turn: f32) -> (Vec3, f32) {
-    if nth == AROUND {
+fn cone(n: Vec3, index: usize, turn: f32) -> (Vec3, f32) {
+    if index == AROUND {
         return (n, 1.0);
     }
     let (x, y) = n.any_orthonormal_pair();
-    let (sine, cosine) = (TAU * (nth as f32 + turn) / AROUND as f32).sin_cos();
+    let (sine, cosine) = (TAU * (index as f32 + turn) / AROUND as f32).sin_cos();
     (COSINE * n + SINE * (cosine * x + sine * y), COSINE)
 }
 
@@ -47,7 +47,7 @@ pub(super) fn gather(
     bent.iter_mut().for_each(|lanes| lanes.resize(count, 0.0));
     let mut sums = vec![(Vec3::ZERO, 0.0); count];
     let far = source.far();
-    for nth in 0..=AROUND {
+    for index in 0..=AROUND {
         let mut seen = vec![1.0f32; count];
         for share in PLACES {
             points.clear();
@@ -56,7 +56,8 @@ pub(super) fn gather(
                 (share * reach).max(1e-20)
             };
             for i in 0..count {
-                let (direction, _) = cone(surfaces.normal(i), nth, noise(surfaces.image_place(i)));
+                let (direction, _) =
+                    cone(surfaces.normal(i), index, noise(surfaces.image_place(i)));
                 points.push(surfaces.point(i) + height(i) * direction);
             }
             source.measure(points);
@@ -64,7 +65,7 @@ pub(super) fn gather(
                 let mut d = if d < far { d } else { f32::INFINITY };
                 if frame.has_ground != 0 {
                     let (direction, _) =
-                        cone(surfaces.normal(i), nth, noise(surfaces.image_place(i)));
+                        cone(surfaces.normal(i), index, noise(surfaces.image_place(i)));
                     let above = surfaces.point(i) + height(i) * direction;
                     d = d.min(above.y - frame.ground_y);
                 }
@@ -72,7 +73,8 @@ pub(super) fn gather(
             }
         }
         for (i, (sum, seen)) in sums.iter_mut().zip(seen).enumerate() {
-            let (direction, weight) = cone(surfaces.normal(i), nth, noise(surfaces.image_place(i)));
+            let (direction, weight) =
+                cone(surfaces.normal(i), index, noise(surfaces.image_place(i)));
             sum.0 += weight * seen * direction;
             sum.1 += weight * seen;
         }

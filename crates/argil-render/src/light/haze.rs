@@ -88,9 +88,9 @@ pub(super) fn gather(
     let lamps = frame.lamps.chunks(4).take(frame.lamp_count as usize);
     let min_step = source.min_step(frame);
     let mut lengths = Vec::with_capacity(samples.len());
-    for nth in 0..abi::FOG_PLACES {
+    for index in 0..abi::FOG_PLACES {
         let place = |i: usize| {
-            let share = (nth as f32 + noise(samples.image_place(i))) / abi::FOG_PLACES as f32;
+            let share = (index as f32 + noise(samples.image_place(i))) / abi::FOG_PLACES as f32;
             let depth = -(1.0 - share * (1.0 - out_share(depths[i]))).ln();
             let length = fog::length_of(&own, eye, samples.ray(i), depth);
             length.map_or(reach(i), |length| length.min(reach(i)))

@@ -154,7 +154,7 @@ impl LampShadows {
             let members = &all[patch.members.clone()];
             if patch.is_flat() && members.len() == WHOLE_GROUP {
                 self.group_members.extend_from_slice(members);
-                self.open.extend(CORNERS.map(|nth| members[nth]));
+                self.open.extend(CORNERS.map(|index| members[index]));
             } else {
                 self.open.extend_from_slice(members);
             }
@@ -166,18 +166,18 @@ impl LampShadows {
         let [rim, most, bend] = EVEN;
         self.open.clear();
         for members in self.group_members.chunks_exact(WHOLE_GROUP) {
-            let corners = CORNERS.map(|nth| self.shares[members[nth] as usize]);
+            let corners = CORNERS.map(|index| self.shares[members[index] as usize]);
             let low = corners.iter().copied().fold(1.0, f32::min);
             let high = corners.iter().copied().fold(0.0, f32::max);
             let [a, b, c, d] = corners;
             let is_even =
                 low > rim && high < 1.0 - rim && high - low < most && (a + d - b - c).abs() < bend;
-            for (nth, &i) in members.iter().enumerate() {
-                if CORNERS.contains(&nth) {
+            for (index, &i) in members.iter().enumerate() {
+                if CORNERS.contains(&index) {
                     continue;
                 }
                 if is_even {
-                    let [u, v] = [nth % 4, nth / 4].map(|k| k as f32 / 3.0);
+                    let [u, v] = [index % 4, index / 4].map(|k| k as f32 / 3.0);
                     let upper = a + u * (b - a);
                     self.shares[i as usize] = upper + v * (c + u * (d - c) - upper);
                 } else {
@@ -202,8 +202,8 @@ impl LampShadows {
         self.sums.clear();
         self.sums.resize(self.open.len(), [0.0; 2]);
         self.find_runs(frame, surfaces, source);
-        for nth in 0..abi::LAMP_POINTS {
-            self.march_points(frame, lamp, nth, surfaces, source, points);
+        for index in 0..abi::LAMP_POINTS {
+            self.march_points(frame, lamp, index, surfaces, source, points);
         }
         for (&i, [arrives, whole]) in self.open.iter().zip(&self.sums) {
             self.shares[i as usize] = arrives / whole.max(1e-30);
@@ -247,16 +247,16 @@ impl LampShadows {
         points: &mut Points,
     ) {
         self.begin(self.patches.len());
-        for (nth, patch) in self.patches.iter().enumerate() {
+        for (index, patch) in self.patches.iter().enumerate() {
             let seen = lamp.seen_from(patch.center, frame);
             let over = patch.normal.dot(seen.middle - patch.center) - patch.radius;
             if over < seen.radius {
-                self.seen[nth].least = 0.0;
+                self.seen[index].least = 0.0;
                 continue;
             }
             let ray = patch.ray(lamp, seen.middle, seen.radius);
             let free = self.free_of(patch);
-            self.rays.push(nth, ray, frame, free);
+            self.rays.push(index, ray, frame, free);
         }
         self.rays.march(&mut self.seen, frame, source, points);
         for (patch, seen) in self.patches.iter().zip(&self.seen) {
@@ -282,13 +282,13 @@ impl LampShadows {
         self.begin(self.open.len());
         let (lift, step) = (source.lift(frame), source.min_step(frame));
         let is_narrow = |seen: &SeenLamp, p: Vec3| seen.radius < NARROW * p.distance(seen.middle);
-        for (nth, &i) in self.open.iter().enumerate() {
+        for (index, &i) in self.open.iter().enumerate() {
             let (p, n) = (surfaces.point(i as usize), surfaces.normal(i as usize));
             let length = surfaces.length[i as usize];
             let seen = lamp.seen_from(p, frame);
             let is_point = is_narrow(&seen, p);
             if n.dot(seen.middle - p) < seen.radius && !is_point {
-                self.seen[nth].least = 0.0;
+                self.seen[index].least = 0.0;
                 continue;
             }
             let radius = seen.radius.max(0.5 * NARROW * p.distance(seen.middle));
@@ -297,7 +297,7 @@ impl LampShadows {
             let mut ray =
                 ShadowRay::new(lamp, (p, n), heights, seen.middle, radii, step.at(length));
             ray.is_point = is_point;
-            self.rays.push(nth, ray, frame, self.free[i as usize]);
+            self.rays.push(index, ray, frame, self.free[i as usize]);
         }
         self.rays.march(&mut self.seen, frame, source, points);
         for (&i, seen) in self.open.iter().zip(&self.seen) {
@@ -314,7 +314,7 @@ impl LampShadows {
         &mut self,
         frame: &FrameUniform,
         lamp: &LampShape,
-        nth: u32,
+        index: u32,
         surfaces: &Surfaces,
         source: &mut LightSource<'_, '_>,
         points: &mut Points,
@@ -324,7 +324,7 @@ impl LampShadows {
         let place = |at: u32| shift_of(surfaces.image_place(at as usize));
         for (id, patch) in self.patches.iter().enumerate() {
             let seen = lamp.seen_from(patch.center, frame);
-            let target = seen.point(nth, place(self.open[patch.members.start]));
+            let target = seen.point(index, place(self.open[patch.members.start]));
             let over = patch.normal.dot(target - patch.center) - patch.radius;
             if !patch.is_flat() || patch.radius >= source.far() || over < 0.0 {
                 self.seen[id].least = 0.0;
@@ -353,7 +353,7 @@ impl LampShadows {
                 let i = self.open[at] as usize;
                 let (p, n) = (surfaces.point(i), surfaces.normal(i));
                 let seen = lamp.seen_from(p, frame);
-                let target = seen.point(nth, place(self.open[at]));
+                let target = seen.point(index, place(self.open[at]));
                 self.seen[at] = CLEAR;
                 if n.dot(target - p) <= 0.0 {
                     continue;
@@ -369,7 +369,7 @@ impl LampShadows {
         self.rays.march(&mut self.seen, frame, source, points);
         for ((&i, own), sums) in self.open.iter().zip(&self.seen).zip(&mut self.sums) {
             let p = surfaces.point(i as usize);
-            let target = lamp.seen_from(p, frame).point(nth, place(i));
+            let target = lamp.seen_from(p, frame).point(index, place(i));
             let weight = weight(lamp, target - p, surfaces.normal(i as usize));
             sums[0] += weight * covered(own.least);
             sums[1] += weight;

@@ -95,10 +95,10 @@ impl LampShape {
 
 impl SeenLamp {
     /// Returns one of the points that rays lead to. `shift` differs from sample to sample.
-    pub(super) fn point(&self, nth: u32, shift: [f32; 2]) -> Vec3 {
+    pub(super) fn point(&self, index: u32, shift: [f32; 2]) -> Vec3 {
         // A lattice of 16 points, which has 16 columns and 16 rows.
-        let u = ((nth as f32 + 0.5) / 16.0 + shift[0]).fract();
-        let v = ((5 * nth % 16) as f32 / 16.0 + 0.031_25 + shift[1]).fract();
+        let u = ((index as f32 + 0.5) / 16.0 + shift[0]).fract();
+        let v = ((5 * index % 16) as f32 / 16.0 + 0.031_25 + shift[1]).fract();
         let [x, y] = if self.is_disc {
             let (radius, turn) = (u.sqrt(), TAU * v);
             [radius * turn.cos(), radius * turn.sin()]

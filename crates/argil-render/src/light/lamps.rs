@@ -116,8 +116,8 @@ fn rectangle_flow(rows: &[[f32; 4]], to: Vec3, n: Vec3) -> Vec3 {
     let mut sum = Vec3::ZERO;
     // Where the outline goes below the horizon, and where it comes back.
     let (mut leaves, mut returns) = (Vec3::ZERO, Vec3::ZERO);
-    for nth in 0..4 {
-        let (a, b) = (corners[nth], corners[(nth + 1) % 4]);
+    for index in 0..4 {
+        let (a, b) = (corners[index], corners[(index + 1) % 4]);
         let (above_a, above_b) = (n.dot(a), n.dot(b));
         if above_a < 0.0 && above_b < 0.0 {
             continue;

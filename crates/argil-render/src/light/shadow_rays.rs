@@ -138,7 +138,7 @@ impl ShadowRay {
     }
 
     /// Goes on by a distance, and at least so far that the last step arrives.
-    fn step(&mut self, nth: u32, d: f32, scale: f32) {
+    fn step(&mut self, index: u32, d: f32, scale: f32) {
         let at = |line: [f32; 2]| line[0] + line[1] * self.t;
         let width = at(self.width);
         let planes = PLANE * at(self.above).min(at(self.before)).max(0.0);
@@ -167,7 +167,7 @@ impl ShadowRay {
         if self.least >= 1.0 {
             self.free = self.t;
         }
-        let share = (nth + 1) as f32 / abi::LAMP_SHADOW_STEPS as f32;
+        let share = (index + 1) as f32 / abi::LAMP_SHADOW_STEPS as f32;
         let due = self.begin + share * share * share * (self.end - self.begin) - self.t;
         let least = self.min_step.max(0.5 * radius).max(due);
         let mut way = (RELAXED * safe).max(least);
@@ -225,7 +225,7 @@ fn march(
     points: &mut Points,
 ) {
     let (batch, far) = (source.batch(), source.far());
-    for nth in 0..abi::LAMP_SHADOW_STEPS {
+    for index in 0..abi::LAMP_SHADOW_STEPS {
         if rays.is_empty() {
             break;
         }
@@ -237,7 +237,7 @@ fn march(
             source.measure(points);
             for (ray, &d) in rays.iter_mut().zip(&points.d) {
                 let d = if d < far { d } else { f32::MAX };
-                ray.step(nth, d, frame.inv_lipschitz);
+                ray.step(index, d, frame.inv_lipschitz);
             }
         }
         rays.retain(|ray| {

@@ -90,10 +90,10 @@ impl SkyScratch {
         out.resize(surfaces.len(), 0.0);
         self.form_groups(frame, surfaces);
         // From the highest on, because where that is free, the others are.
-        for nth in (0..TAPS).rev() {
+        for index in (0..TAPS).rev() {
             let tap = Tap {
-                height: tap_height(frame.radius, nth),
-                weight: 0.75f32.powi(nth as i32),
+                height: tap_height(frame.radius, index),
+                weight: 0.75f32.powi(index as i32),
                 far: source.far(),
             };
             self.measure_middles(frame, &tap, source, points);
@@ -109,7 +109,7 @@ impl SkyScratch {
                 );
             }
             // A reach of its own belongs to a surface that is near.
-            let height_of = |i: usize| tap_height(reach_at(frame, surfaces.length[i]), nth);
+            let height_of = |i: usize| tap_height(reach_at(frame, surfaces.length[i]), index);
             points.clear();
             for &i in &self.alone {
                 let (p, n) = (surfaces.point(i as usize), surfaces.normal(i as usize));

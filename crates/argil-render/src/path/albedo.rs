@@ -32,10 +32,10 @@ pub(super) static ALBEDO: LazyLock<AlbedoTables> = LazyLock::new(AlbedoTables::n
 impl AlbedoTables {
     fn new() -> Self {
         use rayon::prelude::*;
-        let place = |nth: usize| nth as f32 / (SIDE - 1) as f32;
+        let place = |index: usize| index as f32 / (SIDE - 1) as f32;
         let of: Vec<Shares> = (0..SIDE * SIDE)
             .into_par_iter()
-            .map(|nth| shares(place(nth / SIDE), place(nth % SIDE).max(1e-3)))
+            .map(|index| shares(place(index / SIDE), place(index % SIDE).max(1e-3)))
             .collect();
         let means = of
             .chunks(SIDE)
@@ -43,8 +43,8 @@ impl AlbedoTables {
                 // ∫ 2 μ E(μ) dμ, where E is linear between places.
                 let steps = row.windows(2).enumerate();
                 steps
-                    .map(|(nth, pair)| {
-                        let (a, b) = (place(nth), place(nth + 1));
+                    .map(|(index, pair)| {
+                        let (a, b) = (place(index), place(index + 1));
                         let slope = (pair[1] - pair[0]) / (b - a);
                         let start = pair[0] - slope * a;
                         start * (b * b - a * a) + slope * (2.0 / 3.0) * (b * b * b - a * a * a)

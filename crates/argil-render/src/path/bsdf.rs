@@ -181,8 +181,8 @@ mod tests {
         let direction = |index: u32| cosine_direction(Sampler::new(9, index).pair());
         for (base, roughness, metallic) in [(0.3, 0.4, 0.0), (0.8, 0.7, 1.0), (0.5, 0.2, 0.3)] {
             let own = material(base, roughness, metallic);
-            for nth in 0..64 {
-                let (a, b) = (direction(2 * nth), direction(2 * nth + 1));
+            for pair in 0..64 {
+                let (a, b) = (direction(2 * pair), direction(2 * pair + 1));
                 let one = Bsdf::new(&own, Vec3::Z, a).reflected(b).0 / b.z;
                 let other = Bsdf::new(&own, Vec3::Z, b).reflected(a).0 / a.z;
                 assert!(

@@ -39,9 +39,9 @@ fn visible_normal(alpha: f32, source: vec3<f32>, point: vec2<f32>) -> vec3<f32> 
     return normalize(vec3(alpha * own.x, alpha * own.y, max(own.z, 1e-6)));
 }
 
-fn albedo_entry(nth: u32) -> vec2<f32> {
-    let two = path_tables[paths.albedo_at + nth / 2u];
-    return select(two.xy, two.zw, (nth & 1u) == 1u);
+fn albedo_entry(index: u32) -> vec2<f32> {
+    let two = path_tables[paths.albedo_at + index / 2u];
+    return select(two.xy, two.zw, (index & 1u) == 1u);
 }
 
 // Returns the shares at a cosine, and their means over all directions.

@@ -74,8 +74,8 @@ mod tests {
                 tone,
             };
             let mut last = -1.0;
-            for nth in 0..60 {
-                let light = 0.001 * 1.2f32.powi(nth);
+            for index in 0..60 {
+                let light = 0.001 * 1.2f32.powi(index);
                 let color = own.color([light; 3]);
                 assert!(
                     color.max_element() - color.min_element() < 2e-3,

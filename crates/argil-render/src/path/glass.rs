@@ -81,8 +81,8 @@ mod tests {
         assert!((fresnel(brewster.cos(), 1.0 / 1.5).0 - 0.5 * s).abs() < 1e-5);
         // As many paths are reflected as light is.
         let (count, grazing) = (4096u32, Vec3::new(0.96, 0.0, 0.28));
-        let reflects = |nth: &u32| {
-            let choice = (*nth as f32 + 0.5) / count as f32;
+        let reflects = |index: &u32| {
+            let choice = (*index as f32 + 0.5) / count as f32;
             let found = sample(Vec3::Z, grazing, 0.0, 1.0 / 1.5, choice, [0.1, 0.1]);
             found.is_some_and(|found| !found.is_through)
         };

@@ -15,18 +15,18 @@ fn look_inside(@builtin(global_invocation_id) id: vec3<u32>) {
     var clear = 0.0;
     var opaque = -1.0;
     material_shift = paths.extras_at;
-    for (var nth = 0u; nth < INNER_PLACES + HALVINGS; nth++) {
-        let is_search = nth >= INNER_PLACES;
+    for (var index = 0u; index < INNER_PLACES + HALVINGS; index++) {
+        let is_search = index >= INNER_PLACES;
         if is_search && opaque < 0.0 {
             return;
         }
         if !is_search && opaque >= 0.0 {
             continue;
         }
-        let t = select(end * f32(nth) / f32(INNER_PLACES), 0.5 * (clear + opaque), is_search);
+        let t = select(end * f32(index) / f32(INNER_PLACES), 0.5 * (clear + opaque), is_search);
         field_surface(origin + t * direction);
         let is_opaque = field_material.base_roughness.x * (1.0 - field_material.emission_metallic.w) <= 0.0;
-        if is_opaque && nth == 0u {
+        if is_opaque && index == 0u {
             return;
         }
         if is_opaque {
@@ -39,11 +39,11 @@ fn look_inside(@builtin(global_invocation_id) id: vec3<u32>) {
     let apart = 4.0 * paths.epsilon;
     let away = 8.0 * apart;
     var sum = vec3(0.0);
-    for (var nth = 0u; nth < 12u; nth++) {
-        let i = nth % 6u;
+    for (var index = 0u; index < 12u; index++) {
+        let i = index % 6u;
         let axis = vec3(f32(i < 2u), f32(i / 2u == 1u), f32(i >= 4u));
-        let sign = (1.0 - 2.0 * f32(i & 1u)) * select(1.0, -1.0, nth < 6u);
-        let t = select(opaque + away, max(clear - away, 0.0), nth < 6u);
+        let sign = (1.0 - 2.0 * f32(i & 1u)) * select(1.0, -1.0, index < 6u);
+        let t = select(opaque + away, max(clear - away, 0.0), index < 6u);
         let step = axis * ((1.0 - 2.0 * f32(i & 1u)) * apart);
         sum += axis * (field_distance(origin + t * direction + step) * sign);
     }

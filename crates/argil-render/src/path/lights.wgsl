@@ -4,33 +4,33 @@ fn light_count() -> u32 {
     return per_thread(paths.light_count, way.index);
 }
 
-fn light_kind(nth: u32) -> u32 {
-    return u32(light_row(nth, 0u).w);
+fn light_kind(index: u32) -> u32 {
+    return u32(light_row(index, 0u).w);
 }
 
-fn light_importance(nth: u32, p: vec3<f32>) -> f32 {
-    switch light_kind(nth) {
-        case LIGHT_SUN: { return dot(light_row(nth, 1u).xyz, vec3(1.0)); }
-        case LIGHT_SPHERE: { return sphere_importance(nth, p); }
-        case LIGHT_RECTANGLE: { return rectangle_importance(nth, p); }
-        default: { return light_row(nth, 1u).x; }
+fn light_importance(index: u32, p: vec3<f32>) -> f32 {
+    switch light_kind(index) {
+        case LIGHT_SUN: { return dot(light_row(index, 1u).xyz, vec3(1.0)); }
+        case LIGHT_SPHERE: { return sphere_importance(index, p); }
+        case LIGHT_RECTANGLE: { return rectangle_importance(index, p); }
+        default: { return light_row(index, 1u).x; }
     }
 }
 
 fn all_importance(p: vec3<f32>) -> f32 {
     var all = 0.0;
-    for (var nth = 0u; nth < light_count(); nth++) {
-        all += light_importance(nth, p);
+    for (var index = 0u; index < light_count(); index++) {
+        all += light_importance(index, p);
     }
     return all;
 }
 
 // Returns the chance with which a light is chosen. `all` is the importance of all lights.
-fn light_chance(nth: u32, p: vec3<f32>, all: f32) -> f32 {
+fn light_chance(index: u32, p: vec3<f32>, all: f32) -> f32 {
     if light_count() == 1u {
         return 1.0;
     }
-    return light_importance(nth, p) / max(all, 1e-30);
+    return light_importance(index, p) / max(all, 1e-30);
 }
 
 // Returns the share of a way with a density, if another way has a second one (the power heuristic).
@@ -56,13 +56,13 @@ fn lights_behind(origin: vec3<f32>, direction: vec3<f32>, density: f32) -> vec3<
     var behind = path_background(direction);
     var suns = vec3(0.0);
     let all = all_importance(origin);
-    for (var nth = 0u; nth < light_count(); nth++) {
-        let kind = light_kind(nth);
-        if kind == LIGHT_SUN && dot(direction, light_row(nth, 0u).xyz) >= light_row(nth, 2u).x {
-            let light = light_row(nth, 1u);
-            suns += light.xyz / light.w * power_share(density, light_chance(nth, origin, all) / light.w);
+    for (var index = 0u; index < light_count(); index++) {
+        let kind = light_kind(index);
+        if kind == LIGHT_SUN && dot(direction, light_row(index, 0u).xyz) >= light_row(index, 2u).x {
+            let light = light_row(index, 1u);
+            suns += light.xyz / light.w * power_share(density, light_chance(index, origin, all) / light.w);
         } else if kind == LIGHT_ENVIRONMENT {
-            behind *= power_share(density, environment_density(direction) * light_chance(nth, origin, all));
+            behind *= power_share(density, environment_density(direction) * light_chance(index, origin, all));
         }
     }
     return behind + suns;
@@ -72,19 +72,19 @@ fn lights_behind(origin: vec3<f32>, direction: vec3<f32>, density: f32) -> vec3<
 fn lights_passed(origin: vec3<f32>, direction: vec3<f32>, distance: f32, density: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     var all = -1.0;
-    for (var nth = 0u; nth < light_count(); nth++) {
-        let kind = light_kind(nth);
+    for (var index = 0u; index < light_count(); index++) {
+        let kind = light_kind(index);
         var point = no_emitter();
         if kind == LIGHT_SPHERE {
-            point = sphere_met(nth, origin, direction);
+            point = sphere_met(index, origin, direction);
         } else if kind == LIGHT_RECTANGLE {
-            point = rectangle_met(nth, origin, direction);
+            point = rectangle_met(index, origin, direction);
         }
         if point.distance > 0.0 && point.distance < distance {
             if all < 0.0 {
                 all = all_importance(origin);
             }
-            sum += point.radiance * power_share(density, point.density * light_chance(nth, origin, all));
+            sum += point.radiance * power_share(density, point.density * light_chance(index, origin, all));
         }
     }
     return sum;
@@ -96,7 +96,7 @@ fn light_sample(p: vec3<f32>, which: f32, point: vec2<f32>) -> EmitterPoint {
         return no_emitter();
     }
     let all = all_importance(p);
-    var nth = 0u;
+    var index = 0u;
     if light_count() > 1u {
         var left = which * all;
         var last = light_count();
@@ -114,19 +114,19 @@ fn light_sample(p: vec3<f32>, which: f32, point: vec2<f32>) -> EmitterPoint {
         if last == light_count() {
             return no_emitter();
         }
-        nth = last;
+        index = last;
     }
     var found = no_emitter();
-    switch light_kind(nth) {
-        case LIGHT_SUN: { found = sun_sample(nth, point); }
-        case LIGHT_SPHERE: { found = sphere_sample(nth, p, point); }
-        case LIGHT_RECTANGLE: { found = rectangle_sample(nth, p, point); }
+    switch light_kind(index) {
+        case LIGHT_SUN: { found = sun_sample(index, point); }
+        case LIGHT_SPHERE: { found = sphere_sample(index, p, point); }
+        case LIGHT_RECTANGLE: { found = rectangle_sample(index, p, point); }
         default: {
             let chosen = environment_sample(point);
             found = EmitterPoint(chosen.xyz, UNLIMITED, environment_radiance(chosen.xyz), chosen.w);
         }
     }
-    let chance = light_chance(nth, p, all);
+    let chance = light_chance(index, p, all);
     let is_point = found.density >= UNLIMITED;
     let own = select(found.density, 1.0, is_point);
     if found.distance < 0.0 || own <= 0.0 || chance <= 0.0 {

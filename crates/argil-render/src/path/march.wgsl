@@ -1,24 +1,24 @@
 // Marches the rays of paths: to a light, and then to the next surface.
 
 // Fills in how far a ray goes, and where its march begins. Returns whether it meets the solids' box.
-fn begin_march(nth: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
+fn begin_march(index: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
     let span = box_span(Ray(origin, direction));
-    states[nth].t = span.x;
-    states[nth].reach = min(reach, span.y);
-    states[nth].side = 0.0;
-    states[nth].steps = 0u;
+    states[index].t = span.x;
+    states[index].reach = min(reach, span.y);
+    states[index].side = 0.0;
+    states[index].steps = 0u;
     return span.x <= span.y && span.x <= reach;
 }
 
 // Begins the ray to the next surface.
-fn begin_ray(nth: u32) -> u32 {
-    let origin = states[nth].origin;
-    let direction = states[nth].direction;
+fn begin_ray(index: u32) -> u32 {
+    let origin = states[index].origin;
+    let direction = states[index].direction;
     var reach = frame.far;
-    if states[nth].is_inside == 0u {
+    if states[index].is_inside == 0u {
         reach = min(reach, ground_distance(origin, direction));
     }
-    return select(PATH_MISSED, PATH_RAY, begin_march(nth, origin, direction, reach));
+    return select(PATH_MISSED, PATH_RAY, begin_march(index, origin, direction, reach));
 }
 
 // Adds light that passed some surfaces.
@@ -32,38 +32,38 @@ fn clamped(light: vec3<f32>) -> vec3<f32> {
 }
 
 // What happens when a ray to a light ends.
-fn end_shadow(nth: u32, is_clear: bool) -> u32 {
+fn end_shadow(index: u32, is_clear: bool) -> u32 {
     if is_clear {
-        states[nth].light += clamped(states[nth].arrives);
+        states[index].light += clamped(states[index].arrives);
     }
-    if states[nth].ends != 0u {
+    if states[index].ends != 0u {
         return PATH_ENDED;
     }
-    return begin_ray(nth);
+    return begin_ray(index);
 }
 
 @compute @workgroup_size(64)
 fn march_paths(@builtin(global_invocation_id) id: vec3<u32>) {
-    let nth = id.x;
-    if nth >= paths.pixel_count {
+    let index = id.x;
+    if index >= paths.pixel_count {
         return;
     }
-    var phase = states[nth].phase;
-    let step_count = per_thread(paths.step_count, nth);
+    var phase = states[index].phase;
+    let step_count = per_thread(paths.step_count, index);
     for (var step = 0u; step < step_count; step++) {
         if phase != PATH_SHADOW && phase != PATH_RAY {
             break;
         }
         let is_shadow = phase == PATH_SHADOW;
-        let origin = select(states[nth].origin, states[nth].shadow_origin, is_shadow);
-        let direction = select(states[nth].direction, states[nth].shadow_direction, is_shadow);
-        let t = states[nth].t;
+        let origin = select(states[index].origin, states[index].shadow_origin, is_shadow);
+        let direction = select(states[index].direction, states[index].shadow_direction, is_shadow);
+        let t = states[index].t;
         let found = scene_sample(origin + t * direction);
-        if states[nth].side == 0.0 {
+        if states[index].side == 0.0 {
             // A ray that enters the box through a clipped solid comes from outside.
-            states[nth].side = select(1.0, -1.0, found.x < 0.0 && t == 0.0);
+            states[index].side = select(1.0, -1.0, found.x < 0.0 && t == 0.0);
         }
-        let gap = states[nth].side * found.x;
+        let gap = states[index].side * found.x;
         let is_exact = found.y > 0.0;
         let is_met = is_exact && gap < max(paths.epsilon, 2.4e-7 * t);
         var free = gap * frame.inv_lipschitz;
@@ -71,18 +71,18 @@ fn march_paths(@builtin(global_invocation_id) id: vec3<u32>) {
             // The sample proves that no surface is near, but not how far it is.
             free = max(free, paths.least_step);
         }
-        states[nth].steps++;
+        states[index].steps++;
         let next = select(t + free, t, is_met);
-        states[nth].t = next;
-        let is_over = next > states[nth].reach || states[nth].steps >= PATH_STEPS;
+        states[index].t = next;
+        let is_over = next > states[index].reach || states[index].steps >= PATH_STEPS;
         if !is_met && !is_over {
             continue;
         }
         if is_shadow {
-            phase = end_shadow(nth, !is_met);
+            phase = end_shadow(index, !is_met);
         } else {
             phase = select(PATH_MISSED, PATH_MET, is_met);
         }
     }
-    states[nth].phase = phase;
+    states[index].phase = phase;
 }

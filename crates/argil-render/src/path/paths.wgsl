@@ -32,9 +32,9 @@ fn begin_path(pixel: u32, done: u32) {
 }
 
 // Adds what a path found to its pixel.
-fn end_path(nth: u32) {
-    let before = pixels.rows[nth];
-    pixels.rows[nth] = PathPixel(
+fn end_path(index: u32) {
+    let before = pixels.rows[index];
+    pixels.rows[index] = PathPixel(
         before.light + way.light,
         before.count + 1u,
         before.squares + way.light * way.light,
@@ -91,11 +91,11 @@ fn survives() -> bool {
 
 @compute @workgroup_size(64)
 fn turn_paths(@builtin(global_invocation_id) id: vec3<u32>) {
-    let nth = id.x;
-    if nth >= paths.pixel_count {
+    let index = id.x;
+    if index >= paths.pixel_count {
         return;
     }
-    way = states[nth];
+    way = states[index];
     if way.phase == PATH_SHADOW || way.phase == PATH_RAY || way.phase == PATH_DONE {
         return;
     }
@@ -109,27 +109,27 @@ fn turn_paths(@builtin(global_invocation_id) id: vec3<u32>) {
         goes_on = goes_on && way.bounce <= paths.max_bounces;
         way.ends = select(1u, 0u, goes_on);
         if is_lit {
-            states[nth] = way;
-            let is_near = begin_march(nth, way.shadow_origin, way.shadow_direction, way.shadow_reach);
-            states[nth].phase = PATH_SHADOW;
+            states[index] = way;
+            let is_near = begin_march(index, way.shadow_origin, way.shadow_direction, way.shadow_reach);
+            states[index].phase = PATH_SHADOW;
             if !is_near {
-                states[nth].phase = end_shadow(nth, true);
+                states[index].phase = end_shadow(index, true);
             }
             return;
         }
     }
     if !goes_on {
         if way.phase != PATH_NEW {
-            end_path(nth);
+            end_path(index);
         }
-        let done = pixels.rows[nth].count;
+        let done = pixels.rows[index].count;
         if done >= paths.sample_count {
-            states[nth].phase = PATH_DONE;
+            states[index].phase = PATH_DONE;
             atomicAdd(&pixels.finished, 1u);
             return;
         }
-        begin_path(paths.first_pixel + nth, done);
+        begin_path(paths.first_pixel + index, done);
     }
-    states[nth] = way;
-    states[nth].phase = begin_ray(nth);
+    states[index] = way;
+    states[index].phase = begin_ray(index);
 }

@@ -37,12 +37,12 @@ fn set_materials(hit: ptr<function, PathSurface>, p: vec3<f32>) {
         count = 0u;
     }
     var heights = vec3(0.0);
-    for (var nth = 0u; nth < count; nth++) {
-        material_shift = select(0u, paths.extras_at, nth > 0u);
-        let step = select(0.0, paths.bump_step, nth > 1u);
-        field_surface(p + step * select(axes[0], axes[1], nth == 3u));
+    for (var index = 0u; index < count; index++) {
+        material_shift = select(0u, paths.extras_at, index > 0u);
+        let step = select(0.0, paths.bump_step, index > 1u);
+        field_surface(p + step * select(axes[0], axes[1], index == 3u));
         let extras = field_material.base_roughness;
-        switch nth {
+        switch index {
             case 0u: { (*hit).material = field_material; }
             case 1u: {
                 (*hit).transmission = extras.x;

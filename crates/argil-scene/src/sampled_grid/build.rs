@@ -184,8 +184,8 @@ fn coarse_samples(nest: &Nest, level: &NestLevel, measure: &dyn DistanceSampler)
     // Rows of points.
     let at_once = points.x as usize * measure.cells_at_once();
     let rows = coarse.par_chunks_mut(at_once).enumerate();
-    rows.for_each(|(nth, out)| {
-        let place = |i| nest.position(level.corner_at(place_of(nth * at_once + i, points)));
+    rows.for_each(|(index, out)| {
+        let place = |i| nest.position(level.corner_at(place_of(index * at_once + i, points)));
         let places: Vec<Vec3> = (0..out.len()).map(place).collect();
         measure.distances(&places, out);
     });
@@ -331,10 +331,10 @@ fn level_samples(
     let count = nest.levels[level].count;
     let is_open = |index: &usize| !nest.is_covered(level, place_of(*index, count));
     let open: Vec<usize> = (0..indices.len())
-        .filter(|&nth| is_open(&indices[nth]))
+        .filter(|&position| is_open(&indices[position]))
         .collect();
-    let block = |&nth: &usize| {
-        let index = indices[nth];
+    let block = |&position: &usize| {
+        let index = indices[position];
         block_of(nest, NestCell { level, index })
     };
     let blocks: Vec<SampledBlock> = open.iter().map(block).collect();
@@ -350,10 +350,10 @@ fn level_samples(
         refine(&mut cells, kind, measure);
     }
     let mut all: Vec<CellSamples> = indices.iter().map(|_| CellSamples::default()).collect();
-    for (nth, cell) in open.into_iter().zip(cells) {
+    for (position, cell) in open.into_iter().zip(cells) {
         let SampledCell { kind, max_kind, .. } = cell;
         let samples = if kind == 0 { Vec::new() } else { cell.samples };
-        all[nth] = CellSamples {
+        all[position] = CellSamples {
             kind,
             max_kind,
             samples,

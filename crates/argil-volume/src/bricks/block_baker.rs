@@ -114,8 +114,8 @@ impl<'a> CellContext<'a> {
         let quantum = layout.encoding.band_width(&layout.voxel_grid, 0)
             / layout.encoding.format.max_code() as f32;
         let at = |x: usize, y: usize, z: usize| {
-            let nth = (z * (n + 1) + y) * (n + 1) + x;
-            texels[nth].code() * quantum
+            let index = (z * (n + 1) + y) * (n + 1) + x;
+            texels[index].code() * quantum
         };
         let first = at(0, 0, 0);
         let along = [at(n, 0, 0), at(0, n, 0), at(0, 0, n)].map(|d| d - first);
@@ -136,8 +136,12 @@ impl<'a> CellContext<'a> {
 
 impl PageSite<'_> {
     /// Returns a cell of the page, counted from the region's corner.
-    fn cell(&self, nth: u32) -> IVec3 {
-        let place = IVec3::new((nth & 1) as i32, (nth >> 1 & 1) as i32, (nth >> 2) as i32);
+    fn cell(&self, index: u32) -> IVec3 {
+        let place = IVec3::new(
+            (index & 1) as i32,
+            (index >> 1 & 1) as i32,
+            (index >> 2) as i32,
+        );
         self.first + place - self.region
     }
 
@@ -150,7 +154,8 @@ impl PageSite<'_> {
         pruner: &mut Pruner<'_>,
     ) -> [f32; 8] {
         let local = &context.local;
-        let centers: [Vec3; 8] = std::array::from_fn(|nth| local.center(self.cell(nth as u32), 1));
+        let centers: [Vec3; 8] =
+            std::array::from_fn(|index| local.center(self.cell(index as u32), 1));
         let mut distances = [0.0; 8];
         pruner.set_origin(self.origin);
         pruner.classify_cells(list, &centers, local.half_diagonal(1), &mut distances);
@@ -166,11 +171,11 @@ impl PageSite<'_> {
     pub(crate) fn nearness(
         &self,
         context: &CellContext<'_>,
-        nth: u32,
+        index: u32,
         distance: f32,
     ) -> CellNearness {
         let radius = context.layout.half_diagonal(1);
-        let cell = self.cell(nth) + self.region;
+        let cell = self.cell(index) + self.region;
         if self.bounds.is_clear(distance, radius) || !context.layout.can_have_brick(cell) {
             CellNearness::Clear
         } else if self.bounds.is_doubtful(distance, radius) {
@@ -184,7 +189,7 @@ impl PageSite<'_> {
     pub(crate) fn is_clear_in_parts(
         &self,
         context: &CellContext<'_>,
-        nth: u32,
+        index: u32,
         list: &[Instruction],
     ) -> bool {
         let mut pruner = Pruner::new(context.program);
@@ -192,7 +197,7 @@ impl PageSite<'_> {
         is_clear_in_parts(
             &context.local,
             &self.bounds,
-            self.cell(nth),
+            self.cell(index),
             list,
             &mut pruner,
         )
@@ -202,13 +207,13 @@ impl PageSite<'_> {
     pub(crate) fn sample<T: Texel>(
         &self,
         context: &CellContext<'_>,
-        nth: u32,
+        index: u32,
         list: &[Instruction],
         baker: &mut BrickBaker<'_>,
         (texels, mixed): (&mut Vec<T>, &mut Vec<[u32; 2]>),
     ) -> Option<SampledBrick> {
         let layout = &context.layout;
-        let cell = self.cell(nth);
+        let cell = self.cell(index);
         baker.set_origin(self.origin);
         // At most half of a voxel's diagonal from a sample.
         let reach = 0.5 * 3f32.sqrt() * layout.voxel_grid.voxel_size;

@@ -43,7 +43,7 @@ fn scattered(bits: u64, places: u64) -> u64 {
     let all = (0..CELLS_PER_BATCH)
         .filter(|i| places >> i & 1 != 0)
         .enumerate();
-    all.fold(0, |out, (nth, i)| out | (bits >> nth & 1) << i)
+    all.fold(0, |out, (index, i)| out | (bits >> index & 1) << i)
 }
 
 /// Moves the bits of `bits` at the set positions of `places` to the lowest bits, in order.
@@ -54,7 +54,7 @@ fn gathered(bits: u64, places: u64) -> u64 {
     let all = (0..CELLS_PER_BATCH)
         .filter(|i| places >> i & 1 != 0)
         .enumerate();
-    all.fold(0, |out, (nth, i)| out | (bits >> i & 1) << nth)
+    all.fold(0, |out, (index, i)| out | (bits >> i & 1) << index)
 }
 
 /// What all blocks of an edit share.

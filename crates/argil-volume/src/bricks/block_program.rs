@@ -142,8 +142,8 @@ pub fn emptied_around(
     while !open.is_empty() {
         let mut parts: BTreeMap<[i32; 3], Vec<IVec3>> = BTreeMap::new();
         for block in open.drain(..) {
-            for nth in 0..27 {
-                let beside = block + IVec3::new(nth % 3, nth / 3 % 3, nth / 9) - 1;
+            for index in 0..27 {
+                let beside = block + IVec3::new(index % 3, index / 3 % 3, index / 9) - 1;
                 if table.find(beside).is_some() && seen.insert(beside) {
                     let part = beside.div_euclid(side).to_array();
                     parts.entry(part).or_default().push(beside);

@@ -33,10 +33,10 @@ impl Brick<'_> {
         self.bricks.layout.brick_size_voxels + 1
     }
 
-    /// Returns the position of the nth sample, x fastest, in the scene's unit.
-    pub fn position(&self, nth: usize) -> Vec3 {
-        let (side, nth) = (self.side(), nth as u32);
-        let inner: UVec3 = uvec3(nth % side, nth / side % side, nth / side / side);
+    /// Returns the position of a sample by its index, x fastest, in the scene's unit.
+    pub fn position(&self, index: usize) -> Vec3 {
+        let (side, index) = (self.side(), index as u32);
+        let inner: UVec3 = uvec3(index % side, index / side % side, index / side / side);
         let voxel_grid = &self.bricks.layout.voxel_grid;
         let first = self.cell() * self.bricks.layout.brick_size_voxels as i32;
         voxel_grid.corner + voxel_grid.voxel_size * (first + inner.as_ivec3()).as_vec3()

@@ -6,7 +6,7 @@
 const CELL_LIST_WORDS: u32 = 3u;
 const NO_COLUMN: u32 = 0xffffffffu;
 
-// Bounds on distances in the nth block: see BLOCK_WORDS.
+// Bounds on distances in a block: see BLOCK_WORDS.
 struct BlockBounds {
     rounding: f32,
     gap: f32,
@@ -17,8 +17,8 @@ struct BlockBounds {
     lipschitz: f32,
 }
 
-fn bounds_of(nth: u32) -> BlockBounds {
-    let at = prune.bounds_first + 7u * nth;
+fn bounds_of(index: u32) -> BlockBounds {
+    let at = prune.bounds_first + 7u * index;
     return BlockBounds(
         bitcast<f32>(lists[at]),
         bitcast<f32>(lists[at + 1u]),
@@ -65,14 +65,14 @@ fn list_range_at(at: u32) -> vec2<u32> {
     return vec2(lists[at], lists[at + 1u]);
 }
 
-// Returns the slot of the nth block.
-fn block_of(nth: u32) -> u32 {
-    return lists[prune.blocks_at + nth];
+// Returns the slot of a block.
+fn block_of(index: u32) -> u32 {
+    return lists[prune.blocks_at + index];
 }
 
 // Returns the number of a cell near the surface among all evaluated cells, and its previous word.
-fn near_cell(nth: u32) -> vec2<u32> {
-    return vec2(near_cells[2u * nth], near_cells[2u * nth + 1u]);
+fn near_cell(index: u32) -> vec2<u32> {
+    return vec2(near_cells[2u * index], near_cells[2u * index + 1u]);
 }
 
 // Returns where the number of a cell among those near the surface is, counted from 1.
@@ -85,39 +85,39 @@ fn cell_index_of(measured: u32) -> u32 {
     return block_of(measured / 64u) * 64u + measured % 64u;
 }
 
-// Returns the nth list.
-fn list_range_of(nth: u32) -> vec2<u32> {
-    if nth < prune.cells_room {
-        return list_range_at(prune.cells_first + CELL_LIST_WORDS * nth);
+// Returns a list.
+fn list_range_of(index: u32) -> vec2<u32> {
+    if index < prune.cells_room {
+        return list_range_at(prune.cells_first + CELL_LIST_WORDS * index);
     }
-    return list_range_at(prune.blocks_first + 2u * (near_cell(nth).x / 64u));
+    return list_range_at(prune.blocks_first + 2u * (near_cell(index).x / 64u));
 }
 
-// Returns where the nth list's words for three points at once begin, or NO_COLUMN.
-fn column_first_of(nth: u32) -> u32 {
-    if nth < prune.cells_room {
-        return lists[prune.cells_first + CELL_LIST_WORDS * nth + 2u];
+// Returns where a list's words for three points at once begin, or NO_COLUMN.
+fn column_first_of(index: u32) -> u32 {
+    if index < prune.cells_room {
+        return lists[prune.cells_first + CELL_LIST_WORDS * index + 2u];
     }
     return NO_COLUMN;
 }
 
 // Takes a slot of the pool, or of the materials of mixed bricks. Free slots come first.
 fn take_brick() -> u32 {
-    let nth = atomicAdd(&counters[COUNTER_BRICKS], 1u);
+    let index = atomicAdd(&counters[COUNTER_BRICKS], 1u);
     let free = atomicLoad(&counters[COUNTER_FREE]);
-    if nth < free {
-        return atomicLoad(&counters[COUNTERS + free - 1u - nth]);
+    if index < free {
+        return atomicLoad(&counters[COUNTERS + free - 1u - index]);
     }
-    return atomicLoad(&counters[COUNTER_HIGH_WATER]) + nth - free;
+    return atomicLoad(&counters[COUNTER_HIGH_WATER]) + index - free;
 }
 
 fn take_mixed() -> u32 {
-    let nth = atomicAdd(&counters[COUNTER_MIXED], 1u);
+    let index = atomicAdd(&counters[COUNTER_MIXED], 1u);
     let free = atomicLoad(&counters[COUNTER_FREE_MIXED]);
-    if nth < free {
-        return atomicLoad(&counters[COUNTERS + volume.capacity + free - 1u - nth]);
+    if index < free {
+        return atomicLoad(&counters[COUNTERS + volume.capacity + free - 1u - index]);
     }
-    return atomicLoad(&counters[COUNTER_HIGH_WATER_MIXED]) + nth - free;
+    return atomicLoad(&counters[COUNTER_HIGH_WATER_MIXED]) + index - free;
 }
 
 // They return to the pool when all bricks are built.

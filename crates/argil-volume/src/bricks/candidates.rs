@@ -120,7 +120,7 @@ pub(super) fn near_block(
     let all = (0..CELLS_PER_BATCH).filter(|i| some >> i & 1 != 0);
     cells.iter_mut().zip(all).for_each(|(own, i)| *own = i);
     let centers: [Vec3; CELLS_PER_BATCH] =
-        std::array::from_fn(|nth| layout.center(cell(cells[nth]), 1));
+        std::array::from_fn(|index| layout.center(cell(cells[index]), 1));
     let mut d = [0.0; CELLS_PER_BATCH];
     let radius = layout.half_diagonal(1);
     pruner.classify_cells(instructions, &centers[..count], radius, &mut d[..count]);
@@ -130,17 +130,17 @@ pub(super) fn near_block(
     };
     let mut found = CandidateBlock::default();
     let mut doubtful = 0u64;
-    for (nth, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
+    for (index, (&i, &d)) in cells.iter().zip(&d).enumerate().take(count) {
         // If a candidate's brick is dropped, this remains.
         words[i] = empty_word(bounds.center(d));
         if bounds.is_clear(d, radius) {
             continue;
         }
-        if wanted >> nth & 1 != 0 && layout.can_have_brick(cell(i)) {
+        if wanted >> index & 1 != 0 && layout.can_have_brick(cell(i)) {
             let from = found.instructions.len();
             let is_doubtful = bounds.is_doubtful(d, radius);
             if has_programs || is_doubtful {
-                pruner.prune_into(instructions, nth, &mut found.instructions);
+                pruner.prune_into(instructions, index, &mut found.instructions);
             }
             found.cells.push((i as u8, from..found.instructions.len()));
             doubtful |= u64::from(is_doubtful) << i;

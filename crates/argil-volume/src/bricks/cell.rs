@@ -70,10 +70,10 @@ pub fn center_of(word: u32) -> f32 {
     f32::from_bits((word & !BLOCK_EMPTY) << 1)
 }
 
-/// Returns the position of the nth cell in its block.
-pub(crate) fn inner_cell(nth: usize) -> IVec3 {
-    let nth = nth as i32;
-    IVec3::new(nth % 4, nth / 4 % 4, nth / 16)
+/// Returns the position of a cell in its block, by its index.
+pub(crate) fn inner_cell(index: usize) -> IVec3 {
+    let index = index as i32;
+    IVec3::new(index % 4, index / 4 % 4, index / 16)
 }
 
 #[cfg(test)]

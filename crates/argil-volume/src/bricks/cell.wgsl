@@ -59,8 +59,8 @@ fn word_at(index: u32) -> u32 {
     return cells[volume.table.words_at + index];
 }
 
-fn inner_cell(nth: u32) -> vec3<i32> {
-    return vec3<i32>(vec3(nth % 4u, nth / 4u % 4u, nth / 16u));
+fn inner_cell(index: u32) -> vec3<i32> {
+    return vec3<i32>(vec3(index % 4u, index / 4u % 4u, index / 16u));
 }
 
 fn first_cell(slot: u32) -> vec3<i32> {

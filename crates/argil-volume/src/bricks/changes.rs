@@ -24,11 +24,11 @@ impl PartialEq for ChangeLog {
 /// Entries that are kept before duplicates are removed.
 const MANY: usize = 1 << 16;
 
-fn note(all: &mut Vec<u32>, nth: u32) {
+fn note(all: &mut Vec<u32>, index: u32) {
     if all.len() >= MANY && all.len().is_power_of_two() {
         tidy(all);
     }
-    all.push(nth);
+    all.push(index);
 }
 
 fn tidy(all: &mut Vec<u32>) {

@@ -70,11 +70,11 @@ impl EditJob {
         self,
         edit: &BlockEditor<'_>,
         worker: &mut BlockWorker<'_>,
-        nth: usize,
+        index: usize,
         bricks: &Bricks,
     ) -> Result<BakedBlock<T>, (IVec3, u64)> {
         // The first one begins however late it is, so that each call gets on.
-        let is_late = nth > 0 && edit.is_late(worker.slowest_block);
+        let is_late = index > 0 && edit.is_late(worker.slowest_block);
         match self {
             Self::Listed(cells, lists) if is_late => Err((lists.first, cells)),
             Self::Reached(block) if is_late => Err((block.first, block.cells)),
@@ -207,10 +207,10 @@ impl Bricks {
         let mut results: Vec<_> = jobs
             .map_init(
                 || edit.worker(),
-                |worker, (nth, job)| (nth, job.run::<T>(&edit, worker, nth, bricks)),
+                |worker, (index, job)| (index, job.run::<T>(&edit, worker, index, bricks)),
             )
             .collect();
-        results.sort_unstable_by_key(|(nth, _)| *nth);
+        results.sort_unstable_by_key(|(index, _)| *index);
         let (mut made, mut late) = (Vec::with_capacity(results.len()), Vec::new());
         for (_, result) in results {
             match result {

@@ -9,14 +9,14 @@ var<private> own: array<f32, SAMPLES_PER_THREAD>;
 // One brick per group, unless it cannot contain a surface, or is sampled by columns.
 @compute @workgroup_size(BRICK_GROUP)
 fn fill_bricks(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = fill.first_layer + id.x;
-    let near = near_cell(nth);
+    let index = fill.first_layer + id.x;
+    let near = near_cell(index);
     let at = cell_index_of(near.x);
-    list = list_range_of(nth);
+    list = list_range_of(index);
     let cell = cell_at(at);
     let side = volume.brick_size_voxels + 1u;
     // No early return: all threads must meet at the barriers.
-    let is_own = column_first_of(nth) == NO_COLUMN;
+    let is_own = column_first_of(index) == NO_COLUMN;
     let samples = select(0u, side * side * side, is_own);
     if local == 0u {
         atomicStore(&nearest, 0xffffffffu);

@@ -14,12 +14,12 @@ fn column_place(i: u32, side: u32) -> vec3<u32> {
 // One brick per group, unless it cannot contain a surface.
 @compute @workgroup_size(COLUMN_GROUP)
 fn fill_columns(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = fill.first_layer + id.x;
-    let first = column_first_of(nth);
+    let index = fill.first_layer + id.x;
+    let first = column_first_of(index);
     if first == NO_COLUMN {
         return;
     }
-    let near = near_cell(nth);
+    let near = near_cell(index);
     let at = cell_index_of(near.x);
     let cell = cell_at(at);
     let side = volume.brick_size_voxels + 1u;
@@ -28,7 +28,7 @@ fn fill_columns(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_
         atomicStore(&nearest, 0xffffffffu);
     }
     workgroupBarrier();
-    let words = vec2(first, list_range_of(nth).y);
+    let words = vec2(first, list_range_of(index).y);
     var n = 0u;
     var mine = 0xffffffffu;
     for (var i = local; i < columns; i += COLUMN_GROUP) {

@@ -8,14 +8,14 @@ fn prune_cells(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) co
         return;
     }
     // Cells that are not near the surface have 0.
-    let nth = near_cells[candidate_place(block * 64u + local)] - 1u;
-    if nth >= prune.cells_room {
+    let index = near_cells[candidate_place(block * 64u + local)] - 1u;
+    if index >= prune.cells_room {
         return;
     }
     let whole = list_range_at(prune.blocks_first + 2u * block);
     let jump = bounds_of(block).list_jump;
     let own = pruned_in(cell_at(cell_index_of(block * 64u + local)), 1u, whole, jump);
-    let at = prune.cells_first + CELL_LIST_WORDS * nth;
+    let at = prune.cells_first + CELL_LIST_WORDS * index;
     lists[at] = own.x;
     lists[at + 1u] = own.y;
     lists[at + 2u] = NO_COLUMN;

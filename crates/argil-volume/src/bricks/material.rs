@@ -14,10 +14,10 @@ use glam::{Vec3, vec3};
 /// The weight of a point on another surface, relative to 1.
 const MIN_WEIGHT: f32 = argil_abi::MIN_WEIGHT;
 
-/// Returns the sample at the nth point along a brick's side.
-pub(super) fn sample_of(nth: u32, brick: u32) -> u32 {
+/// Returns the sample at a point along a brick's side.
+pub(super) fn sample_of(index: u32, brick: u32) -> u32 {
     let steps = MATERIAL_SIDE - 1;
-    (2 * nth * brick + steps) / (2 * steps)
+    (2 * index * brick + steps) / (2 * steps)
 }
 
 /// Packs a material into eight bytes: the square roots of the base color, the roughness, emission e as e / (1 + e),

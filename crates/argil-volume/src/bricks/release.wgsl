@@ -3,11 +3,11 @@
 // Marks empty blocks, one per thread.
 @compute @workgroup_size(64)
 fn mark_empty_blocks(@builtin(workgroup_id) id: vec3<u32>, @builtin(num_workgroups) count: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let nth = group_index(id, count) * 64u + local;
-    if nth >= prune.count {
+    let index = group_index(id, count) * 64u + local;
+    if index >= prune.count {
         return;
     }
-    let block = block_of(nth);
+    let block = block_of(index);
     var found = false;
     for (var i = 0u; i < 64u; i++) {
         found = found || is_brick(word_at(block * 64u + i));

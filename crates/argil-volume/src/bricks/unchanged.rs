@@ -60,19 +60,19 @@ impl BlockEditor<'_> {
             };
             let mut bits = if had_any { changed(before, &cells) } else { 0 };
             if lists.current.len() > LONG_LIST {
-                for (nth, (.., range)) in near.iter().enumerate() {
+                for (index, (.., range)) in near.iter().enumerate() {
                     let own = &found.instructions[(*range).clone()];
                     // An instruction that matters in the cell can be missing from its program, because another
                     // covers it.
                     let is_whole = touched.count_in(own) == in_block;
                     let list = if is_whole { own } else { &lists.current[..] };
-                    bits |= changed(list, &cells[nth..=nth]) << (nth * OCTANTS);
+                    bits |= changed(list, &cells[index..=index]) << (index * OCTANTS);
                 }
             } else if in_block > 0 {
                 bits |= changed(&lists.current, &cells);
             }
-            for (nth, &(i, ..)) in near.iter().enumerate() {
-                octants[i] &= (bits >> (nth * OCTANTS)) as u8;
+            for (index, &(i, ..)) in near.iter().enumerate() {
+                octants[i] &= (bits >> (index * OCTANTS)) as u8;
             }
         }
         octants

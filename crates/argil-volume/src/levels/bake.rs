@@ -197,9 +197,9 @@ impl PageBaker<'_> {
         baker.pruner = self.part_pruner.take();
         let site = context.site(2 * job.page.place(), &job.list);
         for (cell, &distance) in (0u32..).zip(&measured.distances) {
-            let nth = cell as usize;
+            let index = cell as usize;
             let word = site.empty_word(distance);
-            (made.clear[nth], made.words[nth]) = (word, word);
+            (made.clear[index], made.words[index]) = (word, word);
             let near = site.nearness(context, cell, distance);
             if near == CellNearness::Clear {
                 continue;
@@ -208,13 +208,13 @@ impl PageBaker<'_> {
             if is_asked || near == CellNearness::Doubtful {
                 self.list.clear();
                 let (marks, into) = (&measured.marks, &mut self.list);
-                self.pruner.prune_marked_into(&job.list, marks, nth, into);
+                self.pruner.prune_marked_into(&job.list, marks, index, into);
             }
             let is_doubtful = near == CellNearness::Doubtful;
             if is_doubtful && site.is_clear_in_parts(context, cell, &self.list) {
                 continue;
             }
-            made.words[nth] = MISSING_BRICK;
+            made.words[index] = MISSING_BRICK;
             if !is_asked {
                 continue;
             }

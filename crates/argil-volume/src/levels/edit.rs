@@ -193,7 +193,7 @@ impl Levels {
                 self.children[cell] = UNKNOWN_CELL;
             }
         }
-        self.commit(slots, baked, |nth| renewed[nth]);
+        self.commit(slots, baked, |index| renewed[index]);
         for ((slot, page), renewed) in slots.iter().zip(baked).zip(renewed) {
             for i in (0..8).filter(|i| renewed >> i & 1 != 0) {
                 if page.cells.iter().all(|own| own.cell != i) {

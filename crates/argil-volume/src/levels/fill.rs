@@ -129,8 +129,8 @@ impl Levels {
             .map(|&place| {
                 let slot = self.new_page(Page::new(level, place, NO_PAGE));
                 let at = place - self.root_low;
-                let nth = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
-                self.roots[nth as usize] = slot;
+                let index = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
+                self.roots[index as usize] = slot;
                 slot
             })
             .collect();
@@ -178,8 +178,8 @@ impl Levels {
         let layout = self.layout.level(0);
         let samples = layout.brick_samples() as usize;
         let mut pool = Pool::<T>::open(&mut self.store, &layout);
-        for (nth, (page, &slot)) in baked.iter().zip(slots).enumerate() {
-            let renewed = renewed(nth);
+        for (index, (page, &slot)) in baked.iter().zip(slots).enumerate() {
+            let renewed = renewed(index);
             for (i, &word) in (0..).zip(&page.words) {
                 let is_sampled = page.cells.iter().any(|own| own.cell == i);
                 if !is_sampled && renewed >> i & 1 != 0 {

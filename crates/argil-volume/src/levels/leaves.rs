@@ -130,8 +130,8 @@ impl Levels {
             return 0;
         }
         let at = at.clamp(IVec3::ZERO, IVec3::splat(8));
-        let nth = (at.x + 9 * (at.y + 9 * at.z)) as usize;
-        let place = self.store.words[leaf.cell as usize] as usize * 729 + nth;
+        let index = (at.x + 9 * (at.y + 9 * at.z)) as usize;
+        let place = self.store.words[leaf.cell as usize] as usize * 729 + index;
         match (self.store.pool.of::<i16>(), self.store.pool.of::<i8>()) {
             (Some(all), _) => all[place],
             (_, Some(all)) => all[place].into(),

@@ -135,9 +135,9 @@ impl Levels {
                 }
             })
             .collect();
-        let rest = || (0..slots.len()).filter(|&nth| found[nth].is_none());
-        let some: Vec<u32> = rest().map(|nth| slots[nth]).collect();
-        let own: Vec<u8> = rest().map(|nth| cells[nth]).collect();
+        let rest = || (0..slots.len()).filter(|&index| found[index].is_none());
+        let some: Vec<u32> = rest().map(|index| slots[index]).collect();
+        let own: Vec<u8> = rest().map(|index| cells[index]).collect();
         let mut baked = self.bake_pages(context, &some, &own).into_iter();
         for one in &mut found {
             if one.is_none() {

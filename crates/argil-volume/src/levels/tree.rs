@@ -254,9 +254,9 @@ impl Levels {
     pub(super) fn root_slot(&self, place: IVec3) -> Option<u32> {
         let at = place - self.root_low;
         let is_held = at.cmpge(IVec3::ZERO).all() && at.cmplt(self.root_size).all();
-        let nth = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
+        let index = at.x + self.root_size.x * (at.y + self.root_size.y * at.z);
         is_held
-            .then(|| self.roots[nth as usize])
+            .then(|| self.roots[index as usize])
             .filter(|&slot| slot != NO_PAGE)
     }
 

@@ -225,8 +225,8 @@ impl Samples {
 
     /// Puts the samples of a cell with surface, which is counted from the cube's first.
     pub(super) fn put(&mut self, cell: [usize; 3], distances: &[f32]) {
-        let nth = self.cell_at(cell);
-        self.has_surface[nth] = true;
+        let index = self.cell_at(cell);
+        self.has_surface[index] = true;
         self.put_into(cell, distances, |samples| &mut samples.values);
     }
 
@@ -297,11 +297,11 @@ impl Samples {
                     };
                     let mut beside = cell;
                     beside[axis] = next;
-                    let nth = self.cell_at(beside);
-                    if is_done[nth] {
+                    let index = self.cell_at(beside);
+                    if is_done[index] {
                         continue;
                     }
-                    is_done[nth] = true;
+                    is_done[index] = true;
                     self.fill_away(beside, band);
                     open.push(beside);
                 }

@@ -320,19 +320,19 @@ fn materials(
         return vec![default; mesh.positions.len()];
     }
     let mut of_cells: FxHashMap<IVec3, Vec<usize>> = FxHashMap::default();
-    for (nth, position) in mesh.positions.iter().enumerate() {
+    for (index, position) in mesh.positions.iter().enumerate() {
         let cell = (*position / CELL as f32)
             .as_ivec3()
             .min(IVec3::splat(CELLS - 1));
-        of_cells.entry(cell).or_default().push(nth);
+        of_cells.entry(cell).or_default().push(index);
     }
     let mut found = vec![default; mesh.positions.len()];
     reader.visit(level, [first, first + CELLS], &mut |own| {
         let inner = own.cell - first;
-        for &nth in of_cells.get(&inner).into_iter().flatten() {
-            let at = mesh.positions[nth] - (CELL as i32 * inner).as_vec3();
-            let material = own.material(at, mesh.normals[nth], palette);
-            found[nth] = material.unwrap_or(default);
+        for &index in of_cells.get(&inner).into_iter().flatten() {
+            let at = mesh.positions[index] - (CELL as i32 * inner).as_vec3();
+            let material = own.material(at, mesh.normals[index], palette);
+            found[index] = material.unwrap_or(default);
         }
     });
     found
@@ -361,11 +361,11 @@ fn add_strips(mesh: &mut Mesh, side: f32) {
     for [from, to] in strips {
         let [low_from, low_to] = [from, to].map(|vertex| {
             *behind.entry(vertex).or_insert_with(|| {
-                let nth = vertex as usize;
-                let position = mesh.positions[nth] - 2.0 * mesh.normals[nth];
+                let index = vertex as usize;
+                let position = mesh.positions[index] - 2.0 * mesh.normals[index];
                 mesh.positions.push(position);
-                mesh.normals.push(mesh.normals[nth]);
-                mesh.materials.push(mesh.materials[nth]);
+                mesh.normals.push(mesh.normals[index]);
+                mesh.materials.push(mesh.materials[index]);
                 (mesh.positions.len() - 1) as u32
             })
         });

@@ -105,7 +105,7 @@ impl StoredWorld {
         let source = self.source(ReadMode::Wait);
         let mut missing: FxHashSet<TileAddress> = FxHashSet::default();
         let files = AtomicU64::new(0);
-        for (nth, level) in levels.iter().enumerate() {
+        for (index, level) in levels.iter().enumerate() {
             let [nx, ny, nz] = level.size.to_array().map(|n| n as u64);
             let codec = GzipCodec::new(4).map_err(|error| wrong(&error))?;
             let array = ArrayBuilder::new(
@@ -117,7 +117,7 @@ impl StoredWorld {
             .subchunk_shape(vec![CHUNK; 3])
             .bytes_to_bytes_codecs(vec![Arc::new(codec)])
             .dimension_names(["z", "y", "x"].into())
-            .build(store.clone(), &format!("/{nth}"))
+            .build(store.clone(), &format!("/{index}"))
             .map_err(|error| wrong(&error))?;
             array.store_metadata().map_err(|error| wrong(&error))?;
             let shards = level.shards();
@@ -213,11 +213,11 @@ fn multiscales(levels: &[Level]) -> Value {
     let datasets: Vec<Value> = levels
         .iter()
         .enumerate()
-        .map(|(nth, level)| {
+        .map(|(index, level)| {
             let [x, y, z] = (level.corner + level.voxel_size * level.begin.as_vec3()).to_array();
             let scale = [level.voxel_size; 3];
             json!({
-                "path": nth.to_string(),
+                "path": index.to_string(),
                 "coordinateTransformations": [
                     {"type": "scale", "scale": scale},
                     {"type": "translation", "translation": [z, y, x]},

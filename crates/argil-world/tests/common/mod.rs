@@ -56,16 +56,16 @@ impl std::fmt::Display for Faulty {
 
 impl Faulty {
     fn fails(&self) -> bool {
-        let nth = self.requests.fetch_add(1, Ordering::Relaxed);
-        self.fault == Fault::Fails && nth % 10 == 3
+        let index = self.requests.fetch_add(1, Ordering::Relaxed);
+        self.fault == Fault::Fails && index % 10 == 3
     }
 
     async fn hang(&self) {
         if self.fault == Fault::Delays {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
-        let nth = self.requests.load(Ordering::Relaxed);
-        if self.fault == Fault::Hangs && nth % 10 == 3 {
+        let index = self.requests.load(Ordering::Relaxed);
+        if self.fault == Fault::Hangs && index % 10 == 3 {
             self.requests.fetch_add(1, Ordering::Relaxed);
             std::future::pending::<()>().await;
         }

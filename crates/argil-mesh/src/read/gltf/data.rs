@@ -380,9 +380,9 @@ impl Accessor<'_> {
     /// Returns an element's bytes, or none of zeros.
     fn bytes(&self, index: usize) -> Option<&[u8]> {
         if let Some(sparse) = &self.sparse
-            && let Ok(nth) = sparse.indices.binary_search(&u32::try_from(index).ok()?)
+            && let Ok(position) = sparse.indices.binary_search(&u32::try_from(index).ok()?)
         {
-            return Some(sparse.values.at(nth));
+            return Some(sparse.values.at(position));
         }
         Some(self.numbers.as_ref()?.at(index))
     }

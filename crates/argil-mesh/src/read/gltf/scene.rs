@@ -182,8 +182,8 @@ impl Reader<'_> {
             true => places.nodes,
             false => places.morphed,
         };
-        for nth in 0..mesh.primitives.len() {
-            let primitive: Primitive<'_> = element(&mesh.primitives, nth, "primitive")?;
+        for number in 0..mesh.primitives.len() {
+            let primitive: Primitive<'_> = element(&mesh.primitives, number, "primitive")?;
             if primitive.mode() < 4 {
                 self.left_out.points_and_lines += places.nodes;
                 continue;

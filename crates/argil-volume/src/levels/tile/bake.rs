@@ -236,12 +236,12 @@ impl<'a> TileWorker<'a> {
             return None;
         }
         let mut list = self.tiles.context.whole();
-        for (nth, level) in (top + 1..=layout.root()).rev().enumerate() {
+        for (index, level) in (top + 1..=layout.root()).rev().enumerate() {
             let at = (level, place >> (level - top));
             let cell = octant_of(place >> (level - 1 - top) & 1);
-            let known = self.trail.get(nth);
+            let known = self.trail.get(index);
             if known.is_none_or(|step| (step.level, step.place, step.cell) != (at.0, at.1, cell)) {
-                self.trail.truncate(nth);
+                self.trail.truncate(index);
                 let below = self.below::<T>(at, cell, &list);
                 self.trail.push(Step {
                     level: at.0,
@@ -250,7 +250,7 @@ impl<'a> TileWorker<'a> {
                     below,
                 });
             }
-            list = self.trail[nth].below.clone()?;
+            list = self.trail[index].below.clone()?;
         }
         Some(list)
     }
@@ -300,17 +300,17 @@ impl Tile {
         };
         let mut refined = 0;
         for cell in &baked.cells {
-            let nth = cell.cell as usize;
-            own.kinds[nth] = match cell.brick {
+            let index = cell.cell as usize;
+            own.kinds[index] = match cell.brick {
                 None => CellKind::Cleared,
                 Some((_, true)) => CellKind::Flat,
                 Some((_, false)) => CellKind::Brick,
             };
-            own.words[nth] = match cell.brick {
-                None => baked.clear[nth],
+            own.words[index] = match cell.brick {
+                None => baked.clear[index],
                 Some((material, is_flat)) => {
                     self.materials.push(material);
-                    refined |= u8::from(!is_flat) << nth;
+                    refined |= u8::from(!is_flat) << index;
                     MISSING_BRICK
                 }
             };

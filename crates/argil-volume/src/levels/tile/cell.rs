@@ -40,11 +40,11 @@ impl Tile {
         if page.place != place.to_array() {
             return None;
         }
-        let nth = crate::levels::page::octant_of(cell & 1) as usize;
-        if !page.kinds[nth].has_brick() {
+        let index = crate::levels::page::octant_of(cell & 1) as usize;
+        if !page.kinds[index].has_brick() {
             return Some(TileCell::Away);
         }
-        let before = page.kinds[..nth].iter().filter(|kind| kind.has_brick());
+        let before = page.kinds[..index].iter().filter(|kind| kind.has_brick());
         let first = page.first_brick as usize;
         let brick = first + before.count();
         let material = self.materials[brick];
@@ -59,7 +59,7 @@ impl Tile {
             codes: &self.texels[brick * BRICK_SAMPLES..(brick + 1) * BRICK_SAMPLES],
             material,
             mixed,
-            is_flat: page.kinds[nth] == CellKind::Flat,
+            is_flat: page.kinds[index] == CellKind::Flat,
         }))
     }
 }

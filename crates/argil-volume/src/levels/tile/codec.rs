@@ -236,13 +236,13 @@ pub(super) fn unpack(from: &mut Reader<'_>, codes: &mut Vec<i16>) -> Option<()> 
         count -= bits;
         Some(code as u16)
     };
-    for nth in 0..LAYER {
-        let nth = nth % SIDE;
+    for index in 0..LAYER {
+        let index = index % SIDE;
         let bits = u32::from(get(WIDTH_BITS)?);
         if bits > 16 {
             return None;
         }
-        let mut left = predictor.begin_row(nth);
+        let mut left = predictor.begin_row(index);
         let (mut row, mut first) = ([0i16; SIDE], 0);
         for (i, sample) in row.iter_mut().enumerate() {
             let code = get(bits)?;
@@ -252,9 +252,9 @@ pub(super) fn unpack(from: &mut Reader<'_>, codes: &mut Vec<i16>) -> Option<()> 
             if i == 0 {
                 first = change;
             }
-            *sample = predictor.base(nth, i).wrapping_add(change);
+            *sample = predictor.base(index, i).wrapping_add(change);
         }
-        predictor.end_row(nth, &row, first);
+        predictor.end_row(index, &row, first);
         codes.extend_from_slice(&row);
     }
     Some(())
@@ -292,15 +292,15 @@ mod tests {
                 .collect(),
             (0..BRICK_SAMPLES).map(smooth).collect(),
         ];
-        for (nth, codes) in cases.iter().enumerate() {
+        for (index, codes) in cases.iter().enumerate() {
             let mut bytes = Vec::new();
             pack(bricks_of(codes), &mut bytes);
             let mut back = Vec::new();
             let mut reader = Reader(&bytes);
-            assert_eq!(unpack(&mut reader, &mut back), Some(()), "{nth}");
-            assert!(reader.0.is_empty() && back == *codes, "{nth}");
+            assert_eq!(unpack(&mut reader, &mut back), Some(()), "{index}");
+            assert!(reader.0.is_empty() && back == *codes, "{index}");
             let mut short = Reader(&bytes[..bytes.len() - 1]);
-            assert_eq!(unpack(&mut short, &mut Vec::new()), None, "{nth}");
+            assert_eq!(unpack(&mut short, &mut Vec::new()), None, "{index}");
         }
         let mut bytes = Vec::new();
         pack(bricks_of(&cases[4]), &mut bytes);

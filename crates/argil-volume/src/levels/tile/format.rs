@@ -119,7 +119,7 @@ impl TileHead {
             return Err(TileError::Contents("the bits of a sample"));
         }
         let mut sections = [Section::default(); TIER_LEVELS as usize];
-        for (nth, section) in sections.iter_mut().enumerate() {
+        for (index, section) in sections.iter_mut().enumerate() {
             let mut word = || fields.word().unwrap_or_default();
             let [pages, bricks, mixed, bytes] = [word(), word(), word(), word()];
             let checksum = fields.take(CHECKSUM).unwrap_or_default();
@@ -130,7 +130,7 @@ impl TileHead {
                 bytes,
                 checksum: checksum.try_into().unwrap_or_default(),
             };
-            if pages > 1 << (3 * nth)
+            if pages > 1 << (3 * index)
                 || bricks > 8 * pages
                 || mixed > bricks
                 || (pages == 0) != (bytes == 0)
@@ -273,14 +273,14 @@ impl Tile {
     /// If the bytes are damaged.
     pub fn read_levels(&mut self, head: &TileHead, mut bytes: &[u8]) -> Result<(), TileError> {
         while self.finest_held > self.address.finest_level() {
-            let nth = (head.top_level + 1 - self.finest_held) as usize;
-            let section = &head.sections[nth];
+            let index = (head.top_level + 1 - self.finest_held) as usize;
+            let section = &head.sections[index];
             let Some((own, rest)) = bytes.split_at_checked(section.bytes as usize) else {
                 break;
             };
             if own.is_empty() {
                 // No page is refined to this level.
-                if nth > 0 && !self.places_below(false).is_empty() {
+                if index > 0 && !self.places_below(false).is_empty() {
                     return Err(TileError::Contents("the number of pages"));
                 }
                 self.finest_held -= 1;
@@ -295,7 +295,7 @@ impl Tile {
                 self.mixed.len(),
                 self.texels.len(),
             ];
-            if let Err(error) = self.read_level(Reader(own), section, nth == 0) {
+            if let Err(error) = self.read_level(Reader(own), section, index == 0) {
                 self.pages.truncate(held[0]);
                 self.materials.truncate(held[1]);
                 self.mixed.truncate(held[2]);
