@@ -33,9 +33,11 @@ fn main() {
             }
         })
         .collect();
-    let failed = results.iter().filter(|own| own.is_none()).count();
+    let failed = results.iter().filter(|outcome| outcome.is_none()).count();
     let counts = results.into_iter().flatten();
-    let [edits, rebuilds] = counts.fold([0, 0], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+    let [edits, rebuilds] = counts.fold([0, 0], |sum, counts| {
+        [sum[0] + counts[0], sum[1] + counts[1]]
+    });
     println!("{failed} of {sessions} sessions failed, {rebuilds} of {edits} edits rebuilt");
     std::process::exit(i32::from(failed > 0));
 }

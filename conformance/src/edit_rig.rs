@@ -216,25 +216,27 @@ impl EditRig {
         let mut field = self.fresh.borrow_mut();
         let fresh = RigVolume::bake(field.as_mut(), &program, layout);
         let fresh = fresh.bricks(field.as_ref().map(|field| &**field.gpu()));
-        let own = self.bricks();
+        let edited = self.bricks();
         let tables =
-            own.len().abs_diff(fresh.len()) + own.mixed().len().abs_diff(fresh.mixed().len());
-        let (blocks, most) = (own.table().len(), fresh.table().len());
+            edited.len().abs_diff(fresh.len()) + edited.mixed().len().abs_diff(fresh.mixed().len());
+        let (blocks, most) = (edited.table().len(), fresh.table().len());
         // A box that has grown has more blocks around it.
         let kept = blocks.saturating_sub(3 * most + 64);
         let mut wrong = 0;
         let mut first = None;
-        for (_, block) in own.table().blocks().chain(fresh.table().blocks()) {
+        for (_, block) in edited.table().blocks().chain(fresh.table().blocks()) {
             for index in 0..64 {
                 let inner = IVec3::new(index % 4, index / 4 % 4, index / 16);
                 let cell = 4 * block + inner;
-                let pair = (own.cell(cell), fresh.cell(cell));
+                let pair = (edited.cell(cell), fresh.cell(cell));
                 if matches!(pair.0, BrickCell::Brick(_)) != matches!(pair.1, BrickCell::Brick(_)) {
                     let length = layout.cell_length();
                     let center = layout.voxel_grid().corner + (cell.as_vec3() + 0.5) * length;
                     let d = program.distance(center);
-                    let own = format!("{cell} of length {length} at {center}, {d} from the solid");
-                    first.get_or_insert(format!("{own}: edited {:?}, fresh {:?}", pair.0, pair.1));
+                    let place =
+                        format!("{cell} of length {length} at {center}, {d} from the solid");
+                    first
+                        .get_or_insert(format!("{place}: edited {:?}, fresh {:?}", pair.0, pair.1));
                 }
                 wrong += u64::from(match pair {
                     (
@@ -255,7 +257,7 @@ impl EditRig {
             }
         }
         (
-            own.differing_cells(&fresh) + (tables + kept) as u64 + wrong,
+            edited.differing_cells(&fresh) + (tables + kept) as u64 + wrong,
             first,
         )
     }

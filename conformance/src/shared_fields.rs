@@ -40,16 +40,16 @@ impl SharedFields {
 
     /// Returns the field with the fewest opcodes that runs a program, with this program. Creates it if there is none.
     pub fn running(&mut self, program: &Program) -> &GpuProgram {
-        let own = OpcodeSet::of(program);
+        let needed = OpcodeSet::of(program);
         let able = |index: &usize| {
             let all = self.all[*index].0;
-            all.is_superset(own) && count(all) <= count(own) + SPARE
+            all.is_superset(needed) && count(all) <= count(needed) + SPARE
         };
         let able = (0..self.all.len()).filter(able);
         let index = able.min_by_key(|&index| count(self.all[index].0));
         let index = index.unwrap_or_else(|| {
             let field = GpuProgram::new(self.gpu.clone(), program, false);
-            self.all.push((own, field.expect("a field")));
+            self.all.push((needed, field.expect("a field")));
             self.all.len() - 1
         });
         let field = &mut self.all[index].1;

@@ -174,9 +174,9 @@ fn gpu_bricks_are_conservative_too() {
         let Volume::Bricks(bricks) = volume.download(&gpu).wait().expect("a volume") else {
             panic!("bricks were read");
         };
-        let (own, missed, _) = crossings(&program, &bricks);
-        assert_eq!(missed, 0, "{}: of {own} cells", case.name);
-        crossed += own;
+        let (cells, missed, _) = crossings(&program, &bricks);
+        assert_eq!(missed, 0, "{}: of {cells} cells", case.name);
+        crossed += cells;
         checked += check_empty_cells(&case.name, &program, &bricks).0;
     }
     assert!(crossed > 1000 && checked > 20_000, "{crossed}, {checked}");
@@ -259,20 +259,20 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, usize, usize) {
     let step = layout.encoding().format.max_code() as f32 / range;
     for cell in cells(layout) {
         match (cpu.cell(cell), found.cell(cell)) {
-            (BrickCell::Brick(own), BrickCell::Brick(other)) => {
-                let own = &a[(own * samples) as usize..][..samples as usize];
+            (BrickCell::Brick(brick), BrickCell::Brick(other)) => {
+                let brick = &a[(brick * samples) as usize..][..samples as usize];
                 let other = &b[(other * samples) as usize..][..samples as usize];
-                for (own, other) in own.iter().zip(other) {
+                for (texel, other) in brick.iter().zip(other) {
                     // Rounding: of the field, and which of two integers is nearer.
                     let allowed = 1 + (4e-5 * step * (1.0 + range)) as i32;
-                    apart += usize::from((own - other).abs() > allowed);
+                    apart += usize::from((texel - other).abs() > allowed);
                     texels += 1;
                 }
             }
-            (BrickCell::Empty { center: own, .. }, BrickCell::Empty { center: other, .. }) => {
+            (BrickCell::Empty { center: middle, .. }, BrickCell::Empty { center: other, .. }) => {
                 // The CPU knows less of cells that are far.
-                let is_same = own.abs() <= other.abs() + 1e-4 && (own < 0.0) == (other < 0.0);
-                let is_zero = own == 0.0 || other == 0.0;
+                let is_same = middle.abs() <= other.abs() + 1e-4 && (middle < 0.0) == (other < 0.0);
+                let is_zero = middle == 0.0 || other == 0.0;
                 apart += usize::from(!is_same && !is_zero);
             }
             _ => differing += 1,
@@ -309,13 +309,13 @@ fn gpu_bricks_are_the_cpus() {
     for (i, case) in cases.iter().enumerate() {
         let program = Program::lower(&case.scene).expect("a program");
         let does_everything = case.name == "edgy-cube";
-        let own;
+        let specialized;
         let field = if does_everything {
             shared.update(&program).expect("a field");
             &shared
         } else {
-            own = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
-            &own
+            specialized = GpuProgram::new(gpu.clone(), &program, false).expect("a field");
+            &specialized
         };
         // A software device takes minutes for many brushes, and for many opcodes.
         let resolution = match program.brush_count() {
@@ -346,11 +346,11 @@ fn gpu_bricks_are_the_cpus() {
         let (mut alike, mut unlike) = (0, 0);
         for cell in cells(&layout) {
             let p = layout.cell_box(cell).center();
-            if let (Some(own), Some(other)) = (
+            if let (Some(material), Some(other)) = (
                 cpu.material(p, Vec3::Y, palette),
                 found.material(p, Vec3::Y, palette),
             ) {
-                let is_like = material_gap(&own, &other) < 0.02;
+                let is_like = material_gap(&material, &other) < 0.02;
                 alike += usize::from(is_like);
                 unlike += usize::from(!is_like);
             }
@@ -499,9 +499,10 @@ fn no_resolution_is_rounded() {
 
 /// Returns the largest difference of two materials' bytes.
 fn material_gap(a: &GpuMaterial, b: &GpuMaterial) -> f32 {
-    let own = a.base_roughness.iter().chain(&a.emission_metallic);
+    let numbers = a.base_roughness.iter().chain(&a.emission_metallic);
     let other = b.base_roughness.iter().chain(&b.emission_metallic);
-    own.zip(other)
+    numbers
+        .zip(other)
         .map(|(a, b)| (a - b).abs() / (1.0 + b))
         .fold(0.0, f32::max)
 }

@@ -93,11 +93,14 @@ fn random_logs_end_as_without_a_budget() -> Outcome {
                 if matches!(via, Representation::Bricks(_)) {
                     assert_eq!(world.diff_from_rebuild()?, Some(0), "{name}, edit {index}");
                 }
-                let [own, theirs] = [picture(&mut world)?, picture(&mut other)?];
-                let apart = own.iter().zip(&theirs).filter(|(a, b)| a.abs_diff(**b) > 2);
+                let [ours, theirs] = [picture(&mut world)?, picture(&mut other)?];
+                let apart = ours
+                    .iter()
+                    .zip(&theirs)
+                    .filter(|(a, b)| a.abs_diff(**b) > 2);
                 let apart = apart.count();
                 assert!(
-                    apart * 200 <= own.len(),
+                    apart * 200 <= ours.len(),
                     "{name}, edit {index}: {apart} bytes"
                 );
             }
@@ -127,10 +130,13 @@ fn levels_of_many_pages_come_to_an_end() -> Outcome {
     assert!(first.remaining_blocks > 0, "{first:?}");
     finish(&mut world, &scene)?;
     other.apply(&scene)?;
-    let [own, theirs] = [&mut world, &mut other].map(|world| picture_of(world, [240, 180]));
-    let (own, theirs) = (own?, theirs?);
-    let apart = own.iter().zip(&theirs).filter(|(a, b)| a.abs_diff(**b) > 2);
-    assert!(apart.count() * 200 <= own.len());
+    let [ours, theirs] = [&mut world, &mut other].map(|world| picture_of(world, [240, 180]));
+    let (ours, theirs) = (ours?, theirs?);
+    let apart = ours
+        .iter()
+        .zip(&theirs)
+        .filter(|(a, b)| a.abs_diff(**b) > 2);
+    assert!(apart.count() * 200 <= ours.len());
     Ok(())
 }
 

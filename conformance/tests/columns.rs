@@ -86,7 +86,7 @@ type Apart = (Vec3, i32);
 /// Returns the number of samples of common bricks, and those that differ.
 fn compare(cpu: &Bricks, found: &Bricks) -> (usize, Vec<Apart>) {
     let layout = cpu.layout();
-    let (own, other) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
+    let (ours, other) = (stored_integers(cpu.pool()), stored_integers(found.pool()));
     let (samples, side) = (layout.brick_samples(), layout.brick_size_voxels() + 1);
     let (mut count, mut apart) = (0, Vec::new());
     for cell in cells(layout) {
@@ -97,7 +97,7 @@ fn compare(cpu: &Bricks, found: &Bricks) -> (usize, Vec<Apart>) {
         for i in 0..samples {
             let place = UVec3::new(i % side, i / side % side, i / side / side);
             let [a, b] = [
-                own[(a * samples + i) as usize],
+                ours[(a * samples + i) as usize],
                 other[(b * samples + i) as usize],
             ];
             if a != b {
@@ -167,12 +167,12 @@ fn three_samples_at_once_have_the_bits_of_each() {
         let Volume::Dense(found) = found.expect("a volume") else {
             panic!("a dense volume was read");
         };
-        let [own, other] = [&cpu, &found].map(|dense| stored_integers(&dense.levels()[0]));
-        let gaps = own.iter().zip(&other).map(|(a, b)| (a - b).abs());
+        let [ours, other] = [&cpu, &found].map(|dense| stored_integers(&dense.levels()[0]));
+        let gaps = ours.iter().zip(&other).map(|(a, b)| (a - b).abs());
         let (apart, most) = gaps.fold((0, 0), |(n, most), gap| (n + gap.min(1), most.max(gap)));
-        assert!(most <= 1, "seed {seed}: {apart} of {}", own.len());
+        assert!(most <= 1, "seed {seed}: {apart} of {}", ours.len());
         assert!(
-            apart as usize <= own.len() / 1000,
+            apart as usize <= ours.len() / 1000,
             "seed {seed}: {apart} texels"
         );
     }

@@ -21,11 +21,11 @@ fn worst_neighbor(scene: &Scene, axis: usize, spacing: f32, size: Vec3) -> f64 {
             share if share < 0.2 => 0.499 * spacing,
             _ => numbers.between(-0.5, 0.5) * spacing,
         };
-        let own = naive::distance(scene, p);
+        let d = naive::distance(scene, p);
         for copy in [-2.0, -1.0, 1.0, 2.0] {
             let mut q = p;
             q[axis] -= copy * spacing;
-            let gain = own - naive::distance(scene, q);
+            let gain = d - naive::distance(scene, q);
             worst = worst.max(gain / f64::from(rounding(q.to_array())));
         }
     }
@@ -116,10 +116,10 @@ fn proven_sectors_are_the_nearest() {
                 let radius = numbers.between(0.0, 2.0) * (away + reach.x);
                 let height = numbers.between(-1.5, 1.5) * (reach.y + 0.1);
                 let at = |angle: f32| Vec3::new(radius * angle.cos(), height, radius * angle.sin());
-                let own = naive::distance(&scene, at(angle));
+                let d = naive::distance(&scene, at(angle));
                 for copy in 1..count {
                     let q = at(angle + 2.0 * half * copy as f32);
-                    let gain = own - naive::distance(&scene, q);
+                    let gain = d - naive::distance(&scene, q);
                     let bound = f64::from(rounding(q.to_array()));
                     assert!(gain <= bound, "{name}, {count} copies, at {q}: {gain}");
                 }
@@ -161,7 +161,7 @@ fn repeated() -> Vec<(String, [Scene; 2])> {
                 let spacing = (2.1 * size).to_array();
                 let repeat = Modifier::Repeat { spacing, count };
                 if nearest_is_own(&repeat, &content) == [true; 3] {
-                    let kind = modifier.as_ref().map_or("none", |own| own.kind());
+                    let kind = modifier.as_ref().map_or("none", |given| given.kind());
                     let name = format!("{name}, {kind}, {count:?}");
                     add(name, &scene, brush.clone().with_modifier(repeat));
                 }

@@ -93,7 +93,7 @@ fn distance(node: &Value, parent: DVec3) -> f64 {
     let unit = (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]).sqrt();
     let rect = |d: DVec2| d.max(DVec2::ZERO).length() + d.max_element().min(0.0);
     let q = DVec2::new(p.x.hypot(p.z), p.y);
-    let own = match node["primitiveType"].as_str() {
+    let in_meters = match node["primitiveType"].as_str() {
         Some("sphere") => p.length() - number("radius"),
         Some("cylinder") => rect(q.abs() - DVec2::new(number("radius"), 0.5 * number("height"))),
         Some("cone") => {
@@ -137,7 +137,7 @@ fn distance(node: &Value, parent: DVec3) -> f64 {
             }
         }
     };
-    own / unit
+    in_meters / unit
 }
 
 #[test]

@@ -73,26 +73,26 @@ fn both_devices_draw_the_same_triangles_and_they_are_the_surface() {
         - 2.0 * voxel_grid.voxel_size * mesh.normals[mesh.triangles[1000][0] as usize];
     for eye in [Vec3::new(1.2, 0.8, 2.0), Vec3::new(0.05, 0.02, 0.9), inside] {
         let frames = look(&program, &voxel_grid, eye);
-        let own = render_with_hits(&program, &triangles(&mesh), &frames);
+        let ours = render_with_hits(&program, &triangles(&mesh), &frames);
         let theirs = on_gpu
             .render(&field, &frames, ImageOutput::CpuWithHits)
             .wait()
             .expect("a picture")
             .0;
-        let count = own.hits.iter().filter(|h| h.kind != HIT_NONE).count();
+        let count = ours.hits.iter().filter(|h| h.kind != HIT_NONE).count();
         assert!(count > 2000, "{count} from {eye}");
         // Pixels on the edge between two triangles can be either's. Hardware puts corners on a grid of 256 steps a pixel.
-        let off = differing(&own.hits, &theirs.hits, 0.02 * voxel_grid.voxel_size);
+        let off = differing(&ours.hits, &theirs.hits, 0.02 * voxel_grid.voxel_size);
         assert!(off * 200 < count, "{off} of {count} from {eye}");
 
         let field = render_with_hits(&program, &PrunedField, &frames);
-        let off = differing(&own.hits, &field.hits, voxel_grid.voxel_size);
+        let off = differing(&ours.hits, &field.hits, voxel_grid.voxel_size);
         assert!(
             off * 20 < count,
             "{off} of {count} from {eye} against the field"
         );
         if eye == inside {
-            let seen = own.hits.iter().filter(|h| h.kind == HIT_INSIDE).count();
+            let seen = ours.hits.iter().filter(|h| h.kind == HIT_INSIDE).count();
             assert!(seen > count / 2, "{seen} of {count}");
         }
     }
@@ -164,10 +164,10 @@ fn by_edges(mesh: &Mesh, first: Vec3, voxel: f32) -> BTreeMap<[[i32; 3]; 3], [Ve
 }
 
 /// Checks that two meshes have the same triangles, with vertices within `tolerance`.
-fn assert_same(own: &Mesh, theirs: &Mesh, first: Vec3, voxel: f32, tolerance: f32) {
-    let (own, theirs) = (by_edges(own, first, voxel), by_edges(theirs, first, voxel));
-    assert!(own.keys().eq(theirs.keys()), "other triangles");
-    let off = own
+fn assert_same(ours: &Mesh, theirs: &Mesh, first: Vec3, voxel: f32, tolerance: f32) {
+    let (ours, theirs) = (by_edges(ours, first, voxel), by_edges(theirs, first, voxel));
+    assert!(ours.keys().eq(theirs.keys()), "other triangles");
+    let off = ours
         .values()
         .zip(theirs.values())
         .flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).length()));
@@ -210,7 +210,7 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
             settings.encoding.format = bits;
             let layout = BrickLayout::new(voxel_grid, &settings).expect("a layout");
             let bricks = Bricks::bake(&program, layout, None).expect("bricks").0;
-            let own = marching::bricks::march(&bricks).mesh;
+            let ours = marching::bricks::march(&bricks).mesh;
             let volume = GpuVolume::upload(&field, &bricks.into())
                 .wait()
                 .expect("a volume");
@@ -220,14 +220,14 @@ fn the_gpu_marches_bricks_as_the_cpu_does() {
             };
             let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
             let theirs = mesh.download(field.gpu()).wait().expect("triangles");
-            assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
+            assert!(ours.triangles.len() > 3000, "{}", ours.triangles.len());
             assert_eq!(
-                own.positions.len(),
+                ours.positions.len(),
                 theirs.positions.len(),
                 "shared as well"
             );
             assert_same(
-                &own,
+                &ours,
                 &theirs,
                 voxel_grid.corner,
                 voxel_grid.voxel_size,
@@ -270,7 +270,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         let level = iso / encoding.band_width(&voxel_grid, 0) * encoding.format.max_code() as f32;
         let grid = voxel_grid.grid(0);
         let texels = &dense.levels()[0];
-        let own = match bits {
+        let ours = match bits {
             SampleFormat::Snorm8 => {
                 marching::dense::march(texels.of::<i8>().expect("bytes"), &grid, level, true)
             }
@@ -288,9 +288,9 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         };
         let (mesh, _) = volume.march(&field, &options).wait().expect("triangles");
         let theirs = mesh.download(field.gpu()).wait().expect("triangles");
-        assert!(own.triangles.len() > 3000, "{}", own.triangles.len());
-        assert_eq!(own.positions.len(), theirs.positions.len());
-        assert_same(&own, &theirs, grid.min, voxel_grid.voxel_size, 1e-4);
+        assert!(ours.triangles.len() > 3000, "{}", ours.triangles.len());
+        assert_eq!(ours.positions.len(), theirs.positions.len());
+        assert_same(&ours, &theirs, grid.min, voxel_grid.voxel_size, 1e-4);
         assert!(facing(&theirs) * 100 > 97 * theirs.triangles.len());
         // Triangles with corners of their own are the same ones, with their own normals.
         let unshared = SurfaceOptions {
@@ -301,7 +301,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
         let (mesh, _) = volume.march(&field, &unshared).wait().expect("triangles");
         let spread = mesh.download(field.gpu()).wait().expect("triangles");
         assert_eq!(spread.positions.len(), 3 * theirs.triangles.len());
-        assert_same(&own, &spread, grid.min, voxel_grid.voxel_size, 1e-4);
+        assert_same(&ours, &spread, grid.min, voxel_grid.voxel_size, 1e-4);
         assert_eq!(facing(&spread), spread.triangles.len());
         assert!(mesh.memory_bytes() >= 72 * spread.triangles.len() as u64);
     }
@@ -331,7 +331,7 @@ fn the_gpu_marches_dense_volumes_as_the_cpu_does() {
 #[test]
 fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
     let program = csg20();
-    let (own, voxel_grid) = mesh(&program, 96);
+    let (ours, voxel_grid) = mesh(&program, 96);
     let field = GpuProgram::new(gpu(), &program, false).expect("a field");
     let layout = BrickLayout::new(voxel_grid, &BrickSettings::default()).expect("a layout");
     let (volume, _) = GpuVolume::bricks(&field, &program, layout, None)
@@ -361,7 +361,13 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
         rms(&moved),
         rms(&left)
     );
-    assert_same(&own, &moved, voxel_grid.corner, voxel_grid.voxel_size, 0.02);
+    assert_same(
+        &ours,
+        &moved,
+        voxel_grid.corner,
+        voxel_grid.voxel_size,
+        0.02,
+    );
     assert!(MeshReport::of(&moved).is_watertight());
     let turned = |a: &Vec3| program.gradient(*a).1.normalize_or_zero();
     let off = moved
@@ -370,7 +376,7 @@ fn vertices_that_the_gpu_moves_are_on_the_exact_surface() {
         .zip(&moved.normals)
         .filter(|(p, n)| turned(p).dot(**n) < 0.99);
     // At creases too, hardly any is lit from within.
-    for mesh in [&own, &moved] {
+    for mesh in [&ours, &moved] {
         let away = mesh.triangles.len() - facing(mesh);
         assert!(away * 5000 < mesh.triangles.len(), "{away}");
     }

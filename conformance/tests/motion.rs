@@ -52,7 +52,7 @@ fn what_edits_move_is_known() {
         let mut live = IncrementalProgram::new(&scene, PARTS).expect("a program");
         let shapes = program.instructions().iter();
         let brushes = shapes
-            .filter(|own| own.op < argil_abi::OP_SHAPES_END)
+            .filter(|instr| instr.op < argil_abi::OP_SHAPES_END)
             .count();
         for (by, map) in transforms() {
             let mut found = Vec::new();
@@ -85,10 +85,10 @@ fn what_edits_move_is_known() {
                     found.len()
                 );
             }
-            for own in found {
+            for moved in found {
                 let point = numbers.point(1.0).as_dvec3();
                 let [expected, found] =
-                    [map.inverse(), own.before_from_now].map(|map| map.transform_point3(point));
+                    [map.inverse(), moved.before_from_now].map(|map| map.transform_point3(point));
                 assert!(
                     found.distance(expected) < 2e-5,
                     "{}: {by:?}: {found}, not {expected}",
@@ -136,7 +136,7 @@ fn one_thing_moves_in_a_piece() {
         let changes = scene.changes_since(before).expect("changes");
         live.update(scene, changes).expect("a program");
         let all = live.moved()?;
-        let is_moved = |own: &&MovedBrush| own.before_from_now != DAffine3::IDENTITY;
+        let is_moved = |brush: &&MovedBrush| brush.before_from_now != DAffine3::IDENTITY;
         Some(all.iter().filter(is_moved).count())
     };
     let (mut scene, group, nodes) = balls(2);

@@ -35,7 +35,8 @@ fn make_lists(field: &GpuProgram, program: &Program) {
 fn differing(by_lists: &[QueryResult], whole: &[QueryResult]) -> usize {
     let is_close = |a: f32, b: f32| (a - b).abs() <= 1e-6;
     let is_equal = |(a, b): &(&QueryResult, &QueryResult)| {
-        let numbers = |own: &QueryResult| [own.base_roughness, own.emission_metallic].concat();
+        let numbers =
+            |result: &QueryResult| [result.base_roughness, result.emission_metallic].concat();
         a.distance[0].to_bits() == b.distance[0].to_bits()
             && numbers(a)
                 .iter()

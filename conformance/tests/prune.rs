@@ -65,12 +65,17 @@ fn walk(case: &SceneCase, depth: usize, walks: usize, numbers: &mut CaseRng) -> 
             let centers = cells.map(Aabb::center);
             let mut d = [0.0; 8];
             pruner.classify_cells(&list, &centers, cells[0].half_diagonal(), &mut d);
-            let own = (numbers.unit() * 8.0) as usize % 8;
-            assert_eq!(d[own], program.distance(centers[own]), "{}", case.name);
+            let cell_index = (numbers.unit() * 8.0) as usize % 8;
+            assert_eq!(
+                d[cell_index],
+                program.distance(centers[cell_index]),
+                "{}",
+                case.name
+            );
             let mut next = Vec::new();
-            pruner.prune_into(&list, own, &mut next);
+            pruner.prune_into(&list, cell_index, &mut next);
             assert!(next.len() <= list.len());
-            (list, cell) = (next, cells[own]);
+            (list, cell) = (next, cells[cell_index]);
             let [x, y, z] = sample(cell, numbers);
             let (mut whole, mut pruned) = ([0.0; LANES], [0.0; LANES]);
             evaluator.distances(&x, &y, &z, &mut whole);

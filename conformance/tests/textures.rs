@@ -16,9 +16,9 @@ fn scene(size: f32) -> Scene {
         )
     };
     let material = |index: usize, pattern: &str, space: &str| {
-        let own = texture(pattern, space);
+        let texture_json = texture(pattern, space);
         format!(
-            r#""m{index}": {{"textures": {{"base_color": {own}[0.9, 0.5, 0.2]}}, "roughness": {own}0.7}}, "metallic": {own}1}}, "bump": {own}0.1}}}}}}"#
+            r#""m{index}": {{"textures": {{"base_color": {texture_json}[0.9, 0.5, 0.2]}}, "roughness": {texture_json}0.7}}, "metallic": {texture_json}1}}, "bump": {texture_json}0.1}}}}}}"#
         )
     };
     let patterns = [
@@ -121,20 +121,20 @@ fn gpu_textures_are_the_cpus() {
     let other = Program::lower(&scene(0.21)).expect("a program");
     assert!(program.has_textures());
     let points = points(&program);
-    let (own, turned) = (of_cpu(&program, &points), of_cpu(&other, &points));
+    let (plain, turned) = (of_cpu(&program, &points), of_cpu(&other, &points));
     for is_specialized in [false, true] {
         let gpu = GpuProgram::new(gpu(), &program, is_specialized).expect("a program");
         let found = gpu.evaluate(&points).wait().expect("materials");
         let off = |all: &[GpuMaterial], least: f32| {
             let pairs = all.iter().zip(&found);
             pairs
-                .filter(|(own, found)| gap(own, &material_of(found)) > least)
+                .filter(|(plain, found)| gap(plain, &material_of(found)) > least)
                 .count()
         };
         assert!(
-            off(&own, 0.01) < 20,
+            off(&plain, 0.01) < 20,
             "{is_specialized}: {} of 2000",
-            off(&own, 0.01)
+            off(&plain, 0.01)
         );
         assert!(off(&turned, 0.01) > 1000, "{}", off(&turned, 0.01));
     }

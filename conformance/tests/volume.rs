@@ -201,8 +201,8 @@ fn gpu_octrees_are_the_cpus() {
             let found = octree_of(volume.download(&gpu).wait().expect("an octree"));
             assert_eq!(cpu.tree().codes(), found.tree().codes(), "{}", case.name);
             assert_eq!(cpu.tree(), found.tree(), "{}", case.name);
-            let own = (found.tree().codes().len(), found.tree().nodes().len());
-            assert_eq!(size, Some((own.0 as u64, own.1 as u64)));
+            let sizes = (found.tree().codes().len(), found.tree().nodes().len());
+            assert_eq!(size, Some((sizes.0 as u64, sizes.1 as u64)));
             let range = layout.encoding.band_width(&voxel_grid, 0);
             let allowed = steps_of(range, &layout.encoding, range);
             let (count, most) = gap(cpu.texels(), found.texels());
@@ -320,28 +320,28 @@ fn bricks_on_the_least_device_are_the_same_but_for_rounding() {
         .expect("bricks");
     let cpu: Volume = cpu.into();
     let brought = GpuVolume::upload(&field, &cpu).wait().expect("bricks");
-    let Volume::Bricks(own) = &cpu else {
+    let Volume::Bricks(bricks) = &cpu else {
         panic!("bricks");
     };
     let samples = |bricks: &Bricks, word: u32| -> Vec<f32> {
         let all: &[i16] = bricks.pool().of().expect("16 bits");
         let each = layout.brick_samples() as usize;
-        let own = &all[word as usize * each..][..each];
-        own.iter().map(|&s| f32::from(s)).collect()
+        let stored = &all[word as usize * each..][..each];
+        stored.iter().map(|&s| f32::from(s)).collect()
     };
     for volume in [&built, &brought] {
         let Volume::Bricks(found) = volume.download(&gpu).wait().expect("bricks") else {
             panic!("bricks");
         };
-        assert_eq!(found.len(), own.len());
+        assert_eq!(found.len(), bricks.len());
         let mut most = 0.0f32;
         // Bricks lie in the pool in any order.
-        for (&a, &b) in own.words().iter().zip(found.words()) {
+        for (&a, &b) in bricks.words().iter().zip(found.words()) {
             assert_eq!(is_brick(a), is_brick(b));
             if !is_brick(a) {
                 continue;
             }
-            for (a, b) in samples(own, a).into_iter().zip(samples(&found, b)) {
+            for (a, b) in samples(bricks, a).into_iter().zip(samples(&found, b)) {
                 // A step of 11 bits, as a device may round to either side, and what its arithmetic makes.
                 most = most.max((a - b).abs() / (1.5 + a.abs() / 1024.0));
             }

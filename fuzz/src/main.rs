@@ -79,10 +79,10 @@ fn run_all(names: &[String], seconds: f64) -> anyhow::Result<()> {
                 while let Some(name) =
                     names.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
                 {
-                    let own = Command::new(&program)
+                    let exit = Command::new(&program)
                         .args(["--seconds", &seconds.to_string(), name])
                         .status();
-                    if !own.is_ok_and(|status| status.success())
+                    if !exit.is_ok_and(|status| status.success())
                         && let Ok(mut failed) = failed.lock()
                     {
                         failed.push(name.clone());

@@ -26,7 +26,7 @@ fn watch() {
             let start = CURRENT
                 .lock()
                 .ok()
-                .and_then(|own| own.as_ref().map(|own| own.start));
+                .and_then(|run| run.as_ref().map(|run| run.start));
             if start.is_some_and(|start| start.elapsed() > ENDLESS) {
                 fail("it does not end");
             }

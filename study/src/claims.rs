@@ -150,8 +150,9 @@ pub(crate) const ALL: &[Claim] = &[
         reason: "Rays along silhouettes take many short steps in a band of ±4 voxels, up to the limit. The study's views may have had no such rays.",
         judge: |all| {
             let most = |via: &str| {
-                let own = of(all, "heat").filter(|r| r.via == via);
-                own.filter_map(|r| r.value("steps_max"))
+                let measured = of(all, "heat").filter(|r| r.via == via);
+                measured
+                    .filter_map(|r| r.value("steps_max"))
                     .fold(f64::NAN, f64::max)
             };
             let (dense, octree) = (most("dense"), most("octree"));
@@ -253,9 +254,9 @@ pub(crate) fn verdicts(claim: &Claim, records: &[&Record]) -> Vec<DeviceVerdict>
         }
     }
     let judged = |device: &str| {
-        let own = records.iter().copied();
-        let own: Vec<&Record> = own.filter(|r| r.machine.device == device).collect();
-        let (verdict, reason) = (claim.judge)(&own);
+        let of_device = records.iter().copied();
+        let of_device: Vec<&Record> = of_device.filter(|r| r.machine.device == device).collect();
+        let (verdict, reason) = (claim.judge)(&of_device);
         (reason != NOT_MEASURED).then(|| DeviceVerdict {
             device: device.to_owned(),
             verdict,
@@ -267,7 +268,10 @@ pub(crate) fn verdicts(claim: &Claim, records: &[&Record]) -> Vec<DeviceVerdict>
 
 /// Returns the text of a claim, with the reason why some records disagree, if some do.
 pub(crate) fn with_reason(claim: &Claim, verdicts: &[DeviceVerdict]) -> String {
-    if verdicts.iter().all(|own| own.verdict == Verdict::Confirmed) {
+    if verdicts
+        .iter()
+        .all(|device| device.verdict == Verdict::Confirmed)
+    {
         return claim.text.into();
     }
     format!("{} Why not: {}", claim.text, claim.reason)
@@ -305,7 +309,7 @@ mod tests {
             .expect("a claim");
         let found: Vec<(String, Verdict)> = verdicts(claim, &borrowed)
             .into_iter()
-            .map(|own| (own.device, own.verdict))
+            .map(|verdict| (verdict.device, verdict.verdict))
             .collect();
         let expected = [
             ("cpu (a)".to_owned(), Verdict::Confirmed),

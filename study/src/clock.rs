@@ -103,8 +103,8 @@ pub(crate) fn source(device: &str) -> Result<ClockSource, String> {
 fn files(drm: &Path, vendor: &str, file: &str) -> Vec<PathBuf> {
     let cards = std::fs::read_dir(drm).into_iter().flatten().flatten();
     let is_own = |card: &PathBuf| {
-        let own = std::fs::read_to_string(card.join("device/vendor"));
-        own.is_ok_and(|own| own.trim() == vendor)
+        let vendor_of_card = std::fs::read_to_string(card.join("device/vendor"));
+        vendor_of_card.is_ok_and(|vendor_of_card| vendor_of_card.trim() == vendor)
     };
     let cards = cards.map(|entry| entry.path()).filter(is_own);
     let paths = cards.map(|card| card.join(file));

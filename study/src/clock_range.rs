@@ -50,8 +50,8 @@ impl ClockRange {
             let until = readings.partition_point(|(at, _)| at <= end);
             let from = readings.partition_point(|(at, _)| at < start).min(until);
             let last = until.saturating_sub(1)..until;
-            let own = if from < until { from..until } else { last };
-            for (at, reading) in &readings[own] {
+            let range = if from < until { from..until } else { last };
+            for (at, reading) in &readings[range] {
                 if end.saturating_duration_since(*at) <= MAX_AGE || at >= start {
                     clocks.push(reading.mhz);
                     limit = reading.limit_mhz.or(limit);
@@ -78,15 +78,15 @@ pub(crate) fn agree(ranges: &[Option<ClockRange>]) -> bool {
 
 /// Returns true if the readings since a time no longer rise: the last third is at most 1 % above the others.
 pub(crate) fn has_settled(readings: &[Stamped], since: Instant) -> bool {
-    let own: Vec<f64> = readings
+    let values: Vec<f64> = readings
         .iter()
         .filter(|(at, _)| *at >= since)
         .map(|(_, reading)| reading.mhz)
         .collect();
-    if own.len() < 6 {
+    if values.len() < 6 {
         return false;
     }
-    let (before, last) = own.split_at(own.len() - own.len() / 3);
+    let (before, last) = values.split_at(values.len() - values.len() / 3);
     let highest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
     highest(last) <= 1.01 * highest(before)
 }

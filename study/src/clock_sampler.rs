@@ -113,11 +113,11 @@ impl ClockSampler {
             .map_err(|error| format!("nvidia-smi: {error}"))?;
         let output = child.stdout.take().ok_or("nvidia-smi has no output")?;
         let readings = Readings::default();
-        let (own, device) = (readings.clone(), device.to_owned());
+        let (shared, device) = (readings.clone(), device.to_owned());
         let thread = std::thread::spawn(move || {
             for line in BufReader::new(output).lines().map_while(Result::ok) {
                 if let Some(reading) = clock::nvidia(&line, &device) {
-                    own.add(reading);
+                    shared.add(reading);
                 }
             }
         });
@@ -132,11 +132,11 @@ impl ClockSampler {
     /// Reads a file, or starts a process, for each reading.
     fn poll(source: ClockSource, nvidia_smi: &str) -> Self {
         let readings = Readings::default();
-        let (own, nvidia_smi) = (readings.clone(), nvidia_smi.to_owned());
+        let (shared, nvidia_smi) = (readings.clone(), nvidia_smi.to_owned());
         let thread = std::thread::spawn(move || {
-            while own.are_wanted() {
+            while shared.are_wanted() {
                 if let Some(reading) = read(&source, &nvidia_smi) {
-                    own.add(reading);
+                    shared.add(reading);
                 }
                 std::thread::sleep(PERIOD);
             }
@@ -191,8 +191,8 @@ fn nvidia_lines(nvidia_smi: &str) -> Result<String, String> {
 /// Counts the GPUs with a clock and a device's name.
 fn matching(device: &str, nvidia_smi: &str) -> Result<usize, String> {
     let lines = nvidia_lines(nvidia_smi)?;
-    let own = lines.lines().filter_map(|line| clock::nvidia(line, device));
-    Ok(own.count())
+    let readings = lines.lines().filter_map(|line| clock::nvidia(line, device));
+    Ok(readings.count())
 }
 
 fn read(source: &ClockSource, nvidia_smi: &str) -> Option<ClockReading> {

@@ -114,11 +114,11 @@ impl Configuration {
         self
     }
 
-    fn encoding(&self, own: Encoding) -> Encoding {
-        let bits = self.bits.unwrap_or(own.format);
+    fn encoding(&self, usual: Encoding) -> Encoding {
+        let bits = self.bits.unwrap_or(usual.format);
         let range = match self.stride {
             Some(stride) => Band::Stride(stride),
-            None if bits == own.format => own.band,
+            None if bits == usual.format => usual.band,
             None => Band::default(),
         };
         Encoding {

@@ -7,12 +7,12 @@ pub(crate) type Counts = Vec<(&'static str, u64)>;
 
 /// Returns an engine's counts. It is empty where nothing is counted.
 pub(crate) fn counts(engine: &Engine) -> Counts {
-    engine.gpu_counters().map_or_else(Counts::new, |own| {
+    engine.gpu_counters().map_or_else(Counts::new, |counters| {
         vec![
-            ("submissions", own.submissions),
-            ("waits", own.waits),
-            ("buffers", own.buffers),
-            ("pipelines", own.pipelines),
+            ("submissions", counters.submissions),
+            ("waits", counters.waits),
+            ("buffers", counters.buffers),
+            ("pipelines", counters.pipelines),
         ]
     })
 }

@@ -12,8 +12,8 @@ pub(crate) fn machine(engine: &Engine, preset: Preset) -> Machine {
     let name = engine.device();
     let gpu = engine.gpu_kind().and_then(|_| {
         let devices = Engine::devices().into_iter();
-        let own = |d: &argil::gpu::DeviceInfo| name.ends_with(&d.name);
-        devices.into_iter().find(own)
+        let is_named = |d: &argil::gpu::DeviceInfo| name.ends_with(&d.name);
+        devices.into_iter().find(is_named)
     });
     let release = sysinfo::System::long_os_version().unwrap_or_default();
     Machine {

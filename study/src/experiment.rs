@@ -146,7 +146,7 @@ impl StudyCase {
         {
             all.push(("brick", brick.into()));
         }
-        let own = match self.way.kind {
+        let parameters_of_kind = match self.way.kind {
             ConfigurationKind::Octree {
                 center,
                 path,
@@ -165,8 +165,8 @@ impl StudyCase {
             }
             _ => [(false, "", ""); 3],
         };
-        let own = own.into_iter().filter(|(is, _, _)| *is);
-        all.extend(own.map(|(_, key, value)| (key, Value::from(value))));
+        let parameters_of_kind = parameters_of_kind.into_iter().filter(|(is, _, _)| *is);
+        all.extend(parameters_of_kind.map(|(_, key, value)| (key, Value::from(value))));
         if let Some(bits) = self.way.bits {
             all.push(("bits", (8 * bits.bytes()).into()));
         }

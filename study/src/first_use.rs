@@ -24,11 +24,11 @@ pub(crate) fn sample(kind: FirstUse, scene: &Scene, out: &mut Outcome) -> anyhow
     let start = Instant::now();
     let engine = Engine::with_backend(Backend::Gpu)?;
     out.add("open_ms", start.elapsed().as_secs_f64() * 1e3);
-    let mut own = scene.clone();
+    let mut copy = scene.clone();
     for name in ["first_ms", "second_ms"] {
         let before = counters::counts(&engine);
         let start = Instant::now();
-        run(kind, &engine, &mut own)?;
+        run(kind, &engine, &mut copy)?;
         out.add(name, start.elapsed().as_secs_f64() * 1e3);
         for (count_name, count) in counters::since(&before, &counters::counts(&engine)) {
             let name = name.trim_end_matches("_ms");

@@ -19,14 +19,14 @@ fn image(drawn: RenderedImage) -> anyhow::Result<RgbImage> {
 }
 
 /// Converts an image for metrics and for storage.
-fn measured(own: &RgbImage) -> anyhow::Result<Rgb8Image> {
-    let measured = Rgb8Image::new(own.dimensions().into(), own.as_raw().clone());
+fn measured(image: &RgbImage) -> anyhow::Result<Rgb8Image> {
+    let measured = Rgb8Image::new(image.dimensions().into(), image.as_raw().clone());
     measured.context("the image data does not match the image size")
 }
 
-fn kept(own: &Rgb8Image) -> anyhow::Result<RgbImage> {
-    let [width, height] = own.size();
-    RgbImage::from_raw(width, height, own.rgb().to_vec())
+fn kept(image: &Rgb8Image) -> anyhow::Result<RgbImage> {
+    let [width, height] = image.size();
+    RgbImage::from_raw(width, height, image.rgb().to_vec())
         .context("the image data does not match the image size")
 }
 
@@ -56,8 +56,8 @@ pub(crate) fn picture(
         out.set(&format!("{name}_max"), spread.max);
     }
     out.about(world)?;
-    let own = image(drawn)?;
-    let seen_own = measured(&own)?;
+    let drawn_image = image(drawn)?;
+    let seen_own = measured(&drawn_image)?;
     if look.is_compared && case.way.kind != ConfigurationKind::Field {
         // The reference is the field, rendered by the same device.
         let scene = scene(&case.scene)?;
@@ -91,6 +91,6 @@ pub(crate) fn picture(
         out.set("laplacian_equal_pixels", equal as f64);
         out.pictures.push(("laplacian".into(), kept(&edges)?));
     }
-    out.pictures.push(("picture".into(), own));
+    out.pictures.push(("picture".into(), drawn_image));
     Ok(())
 }

@@ -199,10 +199,10 @@ mod tests {
     fn a_peer_is_run() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a folder");
-        let own = folder.path().join("fidget-wgpu");
-        let program = own.join(PROGRAM);
+        let checkout = folder.path().join("fidget-wgpu");
+        let program = checkout.join(PROGRAM);
         std::fs::create_dir_all(program.parent().expect("a folder")).expect("a folder");
-        let error = Peer::at(&own).expect_err("no program");
+        let error = Peer::at(&checkout).expect_err("no program");
         assert!(format!("{error:#}").contains("cargo build"), "{error:#}");
         std::fs::write(
             &program,
@@ -210,11 +210,11 @@ mod tests {
         )
         .expect("a program");
         std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("a program");
-        assert!(Peer::at(&own).is_err(), "it has no models");
+        assert!(Peer::at(&checkout).is_err(), "it has no models");
         let models = folder.path().join("scenes");
         std::fs::create_dir(&models).expect("a folder");
         std::fs::write(models.join("csg20.txt"), "").expect("a model");
-        let peer = Peer::at(&own).expect("a peer");
+        let peer = Peer::at(&checkout).expect("a peer");
         let mut out = Outcome::default();
         assert_eq!(peer.try_out("csg20", 512).expect("a run"), 200);
         let taken = peer.sample("csg20", (512, 200), &mut out);

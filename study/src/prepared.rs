@@ -82,7 +82,7 @@ impl<'a> PreparedCase<'a> {
         let before = counters::counts(setup.engine);
         let scene = scene(&case.scene)?;
         let way = resolved(case.way, setup.engine, &scene)?;
-        let mut own = Self {
+        let mut prepared = Self {
             case,
             setup,
             scene,
@@ -90,12 +90,14 @@ impl<'a> PreparedCase<'a> {
             state: State::FirstUse,
             out: Outcome::default(),
         };
-        own.state = own.first_state()?;
-        own.run_once()?;
+        prepared.state = prepared.first_state()?;
+        prepared.run_once()?;
         for (name, count) in counters::since(&before, &counters::counts(setup.engine)) {
-            own.out.set(&format!("{name}_of_preparation"), count as f64);
+            prepared
+                .out
+                .set(&format!("{name}_of_preparation"), count as f64);
         }
-        Ok(own)
+        Ok(prepared)
     }
 
     fn build(&self) -> anyhow::Result<World> {
@@ -148,14 +150,14 @@ impl<'a> PreparedCase<'a> {
         } else {
             RenderMode::Normal
         };
-        let own = world.render_settings(size, mode);
+        let defaults = world.render_settings(size, mode);
         let settings = RenderSettings {
             samples: 1,
-            ground: series.is_lit && own.ground,
+            ground: series.is_lit && defaults.ground,
             lookup_start: self.case.way.descent(),
             // A GPU counts in frames that are not timed: one of ten.
             statistics: !self.setup.plan.is_gpu,
-            ..own
+            ..defaults
         };
         let first = camera(&world, series.eye);
         State::Frames {
@@ -228,14 +230,14 @@ impl<'a> PreparedCase<'a> {
         let out = &mut self.out;
         match &mut self.state {
             State::Build(world) => {
-                let own = world.take().context("an earlier build failed")?;
-                let own = own.rebuilt_as(&self.scene, self.way.via())?;
-                let times = own.build_timings();
+                let built = world.take().context("an earlier build failed")?;
+                let built = built.rebuilt_as(&self.scene, self.way.via())?;
+                let times = built.build_timings();
                 out.add("build_ms", times.duration_ms);
                 for (stage, ms) in &times.stages_ms {
                     out.add(&format!("{stage}_ms"), *ms);
                 }
-                *world = Some(own);
+                *world = Some(built);
             }
             State::Frames {
                 world,
@@ -272,9 +274,9 @@ impl<'a> PreparedCase<'a> {
                 edit(world.as_mut().context("no world")?, scene, out)?;
             }
             State::Mesh(world, options, meshed) => {
-                let own = world.mesh(options)?;
-                out.add("mesh_ms", own.duration_ms);
-                *meshed = Some(own);
+                let mesh = world.mesh(options)?;
+                out.add("mesh_ms", mesh.duration_ms);
+                *meshed = Some(mesh);
             }
             State::FirstUse => {
                 if let Task::FirstUse(kind) = self.case.task {
@@ -308,11 +310,13 @@ impl<'a> PreparedCase<'a> {
         match &mut self.state {
             State::Frames { hit_pixels, .. } => *hit_pixels = 0,
             State::Edits {
-                world, scene: own, ..
+                world,
+                scene: original,
+                ..
             } => {
-                *own = scene(&self.case.scene)?;
+                *original = scene(&self.case.scene)?;
                 let edited = world.take().context("no world")?;
-                *world = Some(edited.rebuilt_as(own, self.way.via())?);
+                *world = Some(edited.rebuilt_as(original, self.way.via())?);
             }
             _ => {}
         }
@@ -410,8 +414,8 @@ fn resolved(way: Configuration, engine: &Engine, scene: &Scene) -> anyhow::Resul
     let mut resolution = 64.0;
     // The number of triangles grows almost quadratically; less where thin parts appear only at higher resolutions.
     for _ in 0..3 {
-        let own = bytes(Configuration::of(MESH, resolution as u32))?.max(1.0);
-        resolution = (resolution * (target / own).sqrt())
+        let needed = bytes(Configuration::of(MESH, resolution as u32))?.max(1.0);
+        resolution = (resolution * (target / needed).sqrt())
             .clamp(16.0, 1024.0)
             .round();
     }

@@ -77,10 +77,13 @@ fn tell_apart(all: &mut [StoredRecord]) {
     }
     for source in all {
         let m = &mut source.record.machine;
-        let own = key(m);
+        let parts_of_key = key(m);
         let keys = places.get(&m.device).map_or(&[][..], Vec::as_slice);
-        let differs = |&i: &usize| keys.iter().any(|k| k[i] != own[i]);
-        let parts: Vec<&str> = (0..3).filter(differs).map(|i| own[i].as_str()).collect();
+        let differs = |&i: &usize| keys.iter().any(|k| k[i] != parts_of_key[i]);
+        let parts: Vec<&str> = (0..3)
+            .filter(differs)
+            .map(|i| parts_of_key[i].as_str())
+            .collect();
         if !parts.is_empty() {
             m.device = format!("{} ({})", m.device, parts.join(", "));
         }
@@ -122,19 +125,19 @@ pub fn findings(places: &[PathBuf], out: &Path) -> anyhow::Result<()> {
     }
     text += &claims_of(&borrowed);
     for experiment in crate::experiments::ALL {
-        let own: Vec<&Record> = borrowed
+        let of_experiment: Vec<&Record> = borrowed
             .iter()
             .copied()
             .filter(|r| r.experiment == experiment.name)
             .collect();
-        if own.is_empty() {
+        if of_experiment.is_empty() {
             continue;
         }
         text += &format!(
             "\n## {}\n\n{}\n\n*In the study:* {}\n",
             experiment.title, experiment.question, experiment.study
         );
-        for sentence in sentences::sentences(experiment.name, &own) {
+        for sentence in sentences::sentences(experiment.name, &of_experiment) {
             text += &format!("\n* {sentence}");
         }
         text += "\n";
@@ -153,7 +156,7 @@ fn claims_of(records: &[&Record]) -> String {
         if verdicts.is_empty() {
             text += &format!("| {} | {claimed} | | not measured |\n", claim.place);
         }
-        for (i, own) in verdicts.iter().enumerate() {
+        for (i, verdict) in verdicts.iter().enumerate() {
             let (place, claimed) = if i == 0 {
                 (claim.place, claimed.as_str())
             } else {
@@ -161,9 +164,9 @@ fn claims_of(records: &[&Record]) -> String {
             };
             text += &format!(
                 "| {place} | {claimed} | {} | **{}**: {} |\n",
-                own.device,
-                own.verdict.word(),
-                own.reason
+                verdict.device,
+                verdict.verdict.word(),
+                verdict.reason
             );
         }
     }

@@ -125,18 +125,18 @@ pub fn study(
         if awake.as_ref().is_none_or(is_other) {
             // The last sampler ends before another starts.
             drop(awake.take());
-            let own = wake(&group)?;
-            if let Some(reason) = own.unknown_clock() {
+            let woken = wake(&group)?;
+            if let Some(reason) = woken.unknown_clock() {
                 progress.note(&format!("the clock of the GPU is unknown: {reason}"));
             }
-            awake = Some((group.engine, own));
+            awake = Some((group.engine, woken));
         }
-        let Some((_, own)) = &awake else { continue };
+        let Some((_, woken)) = &awake else { continue };
         let (name, began) = (group.experiment.name, Instant::now());
         measure(
             group,
             options,
-            (own, &clock),
+            (woken, &clock),
             &mut store,
             (progress, &mut summary),
         )?;
@@ -317,12 +317,12 @@ fn filled(case: &StudyCase, mut record: Record, result: SittingResult) -> (Recor
         Ok(Outcome {
             samples,
             values,
-            pictures: own,
+            pictures: images,
         }) => {
             record.samples = samples;
             record.values = values;
             record.checks = checks(case, &record);
-            for (name, picture) in own {
+            for (name, picture) in images {
                 if !report::is_shown(&record, &name) {
                     continue;
                 }

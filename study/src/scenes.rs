@@ -38,7 +38,7 @@ const BRICKS: u32 = 8;
 /// Returns a scene by name: a scene of the repository; `spheres-N`, N³ spheres in as many of the study's 8³ bricks;
 /// `center`, a sphere around the centers of the middle bricks; `crowd-N`, N balls.
 pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
-    if let Some((name, text)) = SHIPPED.iter().find(|(own, _)| *own == name) {
+    if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
         return Ok(Scene::from_json(text, format!("scenes/{name}.json"))?);
     }
     let number = |text: &str| {
@@ -59,7 +59,7 @@ pub(crate) fn scene(name: &str) -> anyhow::Result<Scene> {
 
 /// Returns true if the name is that of a file.
 pub(crate) fn is_shipped(name: &str) -> bool {
-    SHIPPED.iter().any(|(own, _)| *own == name)
+    SHIPPED.iter().any(|(shipped, _)| *shipped == name)
 }
 
 fn framed() -> Scene {
@@ -111,8 +111,8 @@ fn crowd(count: u32) -> anyhow::Result<Scene> {
     let radius = 0.5 / (count as f32).cbrt();
     for _ in 0..count {
         let at = [(); 3].map(|()| 1.8 * (numbers.next() - 0.5));
-        let own = radius * (0.5 + numbers.next());
-        scene.push(Brush::new(Shape::sphere(own)).at(at))?;
+        let varied = radius * (0.5 + numbers.next());
+        scene.push(Brush::new(Shape::sphere(varied)).at(at))?;
     }
     Ok(scene)
 }

@@ -114,8 +114,8 @@ pub(crate) fn sit(
         if is_late() {
             break;
         }
-        let own = case.way.estimated_bytes();
-        if bytes > 0 && bytes + own > MAX_BYTES {
+        let needed = case.way.estimated_bytes();
+        if bytes > 0 && bytes + needed > MAX_BYTES {
             let limit = MAX_BYTES >> 30;
             alone.push((i, format!("the group needs more than {limit} GiB")));
             continue;
@@ -130,7 +130,7 @@ pub(crate) fn sit(
             }
             error => {
                 seat.error = error;
-                bytes += own;
+                bytes += needed;
                 seats.push((i, seat));
             }
         }
@@ -219,16 +219,16 @@ fn rounds(seats: &mut [(usize, Seat<'_>)], awake: &Awake, limit: TimeLimit) {
         }
         for i in order {
             let (_, seat) = &mut seats[i];
-            let Some(own) = turn(round, most, seat.rounds()) else {
+            let Some(sample) = turn(round, most, seat.rounds()) else {
                 continue;
             };
-            if is_over && own > 0 {
+            if is_over && sample > 0 {
                 continue;
             }
             let from = Instant::now();
             seat.with(|prepared| {
                 awake.burst()?;
-                prepared.sample(own)
+                prepared.sample(sample)
             });
             let to = Instant::now();
             let end = seat.prepared.as_ref().and_then(PreparedCase::timed_end);
@@ -239,9 +239,9 @@ fn rounds(seats: &mut [(usize, Seat<'_>)], awake: &Awake, limit: TimeLimit) {
 }
 
 /// Returns which of a case's samples is taken in a round, so that few samples are spread over all rounds.
-fn turn(round: usize, rounds: usize, own: usize) -> Option<usize> {
-    let before = (round * own).div_ceil(rounds.max(1));
-    let after = ((round + 1) * own).div_ceil(rounds.max(1));
+fn turn(round: usize, rounds: usize, of_seat: usize) -> Option<usize> {
+    let before = (round * of_seat).div_ceil(rounds.max(1));
+    let after = ((round + 1) * of_seat).div_ceil(rounds.max(1));
     (after > before).then_some(before)
 }
 
@@ -321,8 +321,8 @@ mod tests {
         assert_eq!((a.len(), b.len()), (3, 3));
         // A B, B A, A B: a round ends before the next begins.
         for round in 0..2 {
-            let ends = [a, b].map(|own| own[round].1);
-            let starts = [a, b].map(|own| own[round + 1].0);
+            let ends = [a, b].map(|spans| spans[round].1);
+            let starts = [a, b].map(|spans| spans[round + 1].0);
             assert!(
                 ends.iter()
                     .all(|end| starts.iter().all(|start| end <= start))
@@ -382,16 +382,18 @@ mod tests {
 
     #[test]
     fn few_samples_are_spread_over_all_rounds() {
-        let all = |rounds, own| -> Vec<usize> {
-            let taken = (0..rounds).filter(|&round| turn(round, rounds, own).is_some());
+        let all = |rounds, of_seat| -> Vec<usize> {
+            let taken = (0..rounds).filter(|&round| turn(round, rounds, of_seat).is_some());
             taken.collect()
         };
         assert_eq!(all(4, 4), [0, 1, 2, 3]);
         assert_eq!(all(12, 3), [0, 4, 8]);
         assert_eq!(all(12, 0), Vec::<usize>::new());
-        for (rounds, own) in [(40, 7), (5, 5), (9, 2), (3, 1)] {
-            let found: Vec<usize> = (0..rounds).filter_map(|r| turn(r, rounds, own)).collect();
-            assert_eq!(found, (0..own).collect::<Vec<_>>());
+        for (rounds, of_seat) in [(40, 7), (5, 5), (9, 2), (3, 1)] {
+            let found: Vec<usize> = (0..rounds)
+                .filter_map(|r| turn(r, rounds, of_seat))
+                .collect();
+            assert_eq!(found, (0..of_seat).collect::<Vec<_>>());
         }
     }
 

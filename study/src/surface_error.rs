@@ -72,11 +72,11 @@ pub(crate) fn stored(world: &World, count: u32, out: &mut Outcome) -> anyhow::Re
             .unzip(),
         _ => (all, exact),
     };
-    let mut own = vec![0.0; all.len()];
-    volume.distances(&all, &mut own);
+    let mut measured = vec![0.0; all.len()];
+    volume.distances(&all, &mut measured);
     // Four voxels for all, so that they are compared at the same points.
     let near = band.min(4.0 * info.voxel_grid.voxel_size);
-    let errors = ErrorStats::within_band(&own, &exact, 0.99 * near);
+    let errors = ErrorStats::within_band(&measured, &exact, 0.99 * near);
     out.set("points", errors.count as f64);
     out.spread(
         "error_voxels",
@@ -109,7 +109,7 @@ pub(crate) fn surface(
     let corners: Vec<[Vec3; 3]> = (0..mesh.triangles.len())
         .map(|i| mesh.triangle_vertices(i))
         .collect();
-    let own = sample_surface(&corners, count as usize);
+    let sampled = sample_surface(&corners, count as usize);
     let exact: Vec<Vec3> = surface_points(world, count / 4)
         .into_iter()
         .map(Vec3::from)
@@ -117,7 +117,7 @@ pub(crate) fn surface(
     let solid =
         argil::mesh::MeshSdf::new(mesh).context("the mesh has no triangles with an area")?;
     let apart = SurfaceDistance::of(
-        (&own, &|p: Vec3| solid.distance(p)),
+        (&sampled, &|p: Vec3| solid.distance(p)),
         (&exact, &|p: Vec3| world.distance(p.to_array())),
     );
     let voxel = f64::from(meshed.voxel_grid.voxel_size);

@@ -22,12 +22,12 @@ pub(crate) fn settings(
     plan: &Plan,
     (way, look): (&Configuration, &Look),
 ) -> RenderSettings {
-    let own = world.render_settings(plan.size(), look.show);
+    let defaults = world.render_settings(plan.size(), look.show);
     let voxel = world.volume_info().ok().flatten();
     let voxel = voxel.map(|info| info.voxel_grid.voxel_size);
     RenderSettings {
         samples: if look.is_close { CLOSE_SAMPLES } else { 1 },
-        ground: look.is_close && own.ground,
+        ground: look.is_close && defaults.ground,
         normals: look.normals,
         lookup_start: way.descent(),
         statistics: true,
@@ -36,27 +36,27 @@ pub(crate) fn settings(
         max_steps: if look.show == RenderMode::Heat {
             256
         } else {
-            own.max_steps
+            defaults.max_steps
         },
         heat_steps: Some(256),
-        ..own
+        ..defaults
     }
 }
 
 /// Returns the settings of the field's image, which is the truth.
 pub(crate) fn exact_settings(field: &World, plan: &Plan, look: &Look) -> RenderSettings {
-    let own = field.render_settings(plan.size(), look.show);
+    let defaults = field.render_settings(plan.size(), look.show);
     let plain = RenderSettings {
         samples: 1,
         ground: false,
-        ..own
+        ..defaults
     };
     if !look.is_close {
         return plain;
     }
     RenderSettings {
         samples: CLOSE_SAMPLES,
-        ground: own.ground,
+        ground: defaults.ground,
         epsilon: Some(1e-5),
         normal_bias: Some(2e-4),
         ..plain

@@ -131,9 +131,10 @@ fn each_part_of_the_preset_becomes_records() {
     assert_eq!(summary.left_out, Vec::<String>::new());
     let records = Store::read(folder.path()).expect("records");
     for name in EXPERIMENTS.iter().filter(|name| **name != "peer") {
-        let own: Vec<&Record> = records.iter().filter(|r| r.experiment == *name).collect();
-        assert!(!own.is_empty(), "{name}");
-        assert!(own.iter().all(|r| r.machine.preset == "hardware"));
+        let of_experiment: Vec<&Record> =
+            records.iter().filter(|r| r.experiment == *name).collect();
+        assert!(!of_experiment.is_empty(), "{name}");
+        assert!(of_experiment.iter().all(|r| r.machine.preset == "hardware"));
     }
     let value = |record: &Record, name: &str| record.value(name).is_some_and(|value| value > 0.0);
     let frames: Vec<&Record> = records

@@ -250,10 +250,10 @@ fn machines_are_distinguished() {
     assert_eq!(text.matches("the image file is missing").count(), 1);
     assert!(text.contains("All rows (2)"), "a row each");
     // Records are no place for a report.
-    let own = a.join("records.jsonl");
-    let before = fs::read(&own).expect("records");
-    assert!(report(&[a], &own).is_err());
-    assert_eq!(fs::read(&own).expect("records"), before);
+    let input = a.join("records.jsonl");
+    let before = fs::read(&input).expect("records");
+    assert!(report(&[a], &input).is_err());
+    assert_eq!(fs::read(&input).expect("records"), before);
 }
 
 /// Times of a hardware GPU are compared at one clock only. The findings say what was left out.

@@ -9,8 +9,8 @@ use std::process::Command;
 
 /// Returns the workspace's folder.
 pub fn root() -> PathBuf {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    own.parent().unwrap_or(own).to_owned()
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    folder.parent().unwrap_or(folder).to_owned()
 }
 
 /// Environment variables that make cargo compile and lint the workspace's crates in one pass, with warnings denied.

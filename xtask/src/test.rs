@@ -38,8 +38,8 @@ pub(crate) fn run_all() -> anyhow::Result<()> {
     let check = ["check", "--hide-inclusion-graph"];
     run(&DENY.find()?, &[&check[..], &rules].concat())?;
     // Workspaces of their own, with locks of their own.
-    for own in ["bindings/python", "fuzz"] {
-        let manifest = format!("{own}/Cargo.toml");
+    for folder in ["bindings/python", "fuzz"] {
+        let manifest = format!("{folder}/Cargo.toml");
         let place = ["--manifest-path", &manifest, "--config", "deny.toml"];
         run(&DENY.find()?, &[&place[..], &check, &rules].concat())?;
     }

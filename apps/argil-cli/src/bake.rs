@@ -97,8 +97,8 @@ fn report(
     let info = world.volume_info()?.context("no volume was built")?;
     output::warn_if_clipped(&info.voxel_grid, &options.scene);
     let about = output::volume(world.representation(), &info);
-    if let (Some(all), Some(own)) = (report.as_object_mut(), about.as_object()) {
-        for (key, value) in own {
+    if let (Some(all), Some(members)) = (report.as_object_mut(), about.as_object()) {
+        for (key, value) in members {
             all.entry(key.clone()).or_insert(value.clone());
         }
         if options.count_lost

@@ -27,7 +27,7 @@ pub(crate) fn run(name: &'static str, given: &Companion) -> anyhow::Result<ExitC
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe()
         .ok()
-        .and_then(|own| own.parent().map(|folder| folder.join(&file)))
+        .and_then(|this| this.parent().map(|folder| folder.join(&file)))
         .filter(|path| path.is_file());
     let program = beside.or_else(|| on_path(&file)).ok_or(Missing(name))?;
     let status = Command::new(&program)

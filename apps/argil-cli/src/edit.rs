@@ -173,13 +173,13 @@ fn replay(
                 .with_context(place)?;
         }
         let start = Instant::now();
-        let own = world.apply(scene).with_context(place)?;
+        let applied_edit = world.apply(scene).with_context(place)?;
         // Wait for the GPU, so that the time includes its work.
         let finished = world.flush().with_context(place)?;
         // Record the edit only after the world accepted it.
         record(&mut journal)?;
         applied.push(EditRecord {
-            applied: own,
+            applied: applied_edit,
             counts: finished,
             duration_ms: start.elapsed().as_secs_f64() * 1e3,
         });

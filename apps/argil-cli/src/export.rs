@@ -20,7 +20,7 @@ impl OutputFormat {
     fn from_path(path: &Path) -> Option<Self> {
         let is_zarr = path
             .extension()
-            .is_some_and(|own| own.eq_ignore_ascii_case("zarr"));
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("zarr"));
         let file = ExportFormat::from_path(path).map(Self::File);
         file.or(is_zarr.then_some(Self::Zarr))
     }
@@ -36,10 +36,13 @@ impl OutputFormat {
 /// Returns the format of an output file for other programs. `None` for a volume of Argil.
 pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<OutputFormat>> {
     let format = options.output.as_deref().and_then(OutputFormat::from_path);
-    let own = &options.export;
+    let flags = &options.export;
     ensure!(
         format.is_some()
-            || (own.class.is_none() && own.codec.is_none() && !own.colors && !own.keep_bounds),
+            || (flags.class.is_none()
+                && flags.codec.is_none()
+                && !flags.colors
+                && !flags.keep_bounds),
         "--class, --keep-bounds, --codec and --colors apply to volumes for other programs: write -o FILE.vdb, .nvdb, .npy, .nrrd, .raw or .zarr"
     );
     Ok(format)
@@ -48,7 +51,7 @@ pub(crate) fn format_of(options: &BakeArgs) -> anyhow::Result<Option<OutputForma
 /// Rejects flags that do not apply to the format.
 fn check_flags(options: &BakeArgs, format: OutputFormat) -> anyhow::Result<()> {
     let ending = format.extension();
-    let is_sparse = matches!(format, OutputFormat::File(own) if own.is_sparse());
+    let is_sparse = matches!(format, OutputFormat::File(file) if file.is_sparse());
     ensure!(
         is_sparse || !options.export.keep_bounds,
         "--keep-bounds: a .{ending} file has the field's values in any case; omit it"

@@ -71,15 +71,15 @@ pub(crate) fn run(options: &Import) -> anyhow::Result<()> {
 
 /// Rejects flags of volumes for other files, and the other way round.
 fn check_volume_flags(options: &Import, is_volume: bool) -> anyhow::Result<()> {
-    let own = &options.volume;
+    let given = &options.volume;
     let flags = [
-        (own.grid.is_some(), "--grid"),
-        (own.class.is_some(), "--class"),
-        (own.iso.is_some(), "--iso"),
-        (own.shape.is_some(), "--shape"),
-        (own.r#type.is_some(), "--type"),
-        (own.voxel_size.is_some(), "--voxel-size"),
-        (own.origin.is_some(), "--origin"),
+        (given.grid.is_some(), "--grid"),
+        (given.class.is_some(), "--class"),
+        (given.iso.is_some(), "--iso"),
+        (given.shape.is_some(), "--shape"),
+        (given.r#type.is_some(), "--type"),
+        (given.voxel_size.is_some(), "--voxel-size"),
+        (given.origin.is_some(), "--origin"),
     ];
     for (is_given, flag) in flags {
         ensure!(
@@ -104,18 +104,18 @@ fn check_flags_of_volume(options: &Import) -> anyhow::Result<()> {
             options.file.display()
         );
     }
-    let own = &options.volume;
+    let given = &options.volume;
     let ending = options.file.extension().unwrap_or_default();
     let is = |names: &[&str]| names.iter().any(|name| ending.eq_ignore_ascii_case(name));
     for (is_given, flag, fits) in [
-        (own.shape.is_some(), "--shape", is(&["raw"])),
-        (own.r#type.is_some(), "--type", is(&["raw"])),
+        (given.shape.is_some(), "--shape", is(&["raw"])),
+        (given.r#type.is_some(), "--type", is(&["raw"])),
         (
-            own.voxel_size.is_some(),
+            given.voxel_size.is_some(),
             "--voxel-size",
             !is(&["vdb", "nvdb"]),
         ),
-        (own.origin.is_some(), "--origin", !is(&["vdb", "nvdb"])),
+        (given.origin.is_some(), "--origin", !is(&["vdb", "nvdb"])),
     ] {
         ensure!(
             fits || !is_given,
@@ -129,20 +129,20 @@ fn check_flags_of_volume(options: &Import) -> anyhow::Result<()> {
 /// Creates a scene that contains the solid of a volume. Its samples go next to the scene, as a .grid file.
 fn volume(options: &Import) -> anyhow::Result<()> {
     check_flags_of_volume(options)?;
-    let own = &options.volume;
+    let given = &options.volume;
     ensure!(
-        own.iso.is_none_or(f32::is_finite),
+        given.iso.is_none_or(f32::is_finite),
         "--iso: the value must be a number"
     );
     let how = VolumeReadOptions {
-        grid: own.grid.clone(),
-        is_fog: own.class.map(|class| class == ExportClass::Fog),
-        iso: own.iso,
+        grid: given.grid.clone(),
+        is_fog: given.class.map(|class| class == ExportClass::Fog),
+        iso: given.iso,
         raw: RawLayout {
-            shape: own.shape,
-            number: own.r#type.unwrap_or_default(),
-            voxel_size: own.voxel_size,
-            origin: own.origin,
+            shape: given.shape,
+            number: given.r#type.unwrap_or_default(),
+            voxel_size: given.voxel_size,
+            origin: given.origin,
         },
     };
     let read = argil::read_volume(&options.file, &how)?;
@@ -156,7 +156,7 @@ fn volume(options: &Import) -> anyhow::Result<()> {
         .other_grids
         .iter()
         .map(String::as_str)
-        .filter(|_| own.grid.is_none())
+        .filter(|_| given.grid.is_none())
         .collect();
     if !others.is_empty() {
         eprintln!(
@@ -254,7 +254,7 @@ fn from_file(options: &Import) -> anyhow::Result<(Scene, Option<LoadedMesh>)> {
     let folder = options.output.parent().unwrap_or(Path::new("."));
     let mut loaded = argil::load_meshes(&mut scene, folder, options.allow_external_meshes)?;
     let loaded = loaded.pop();
-    if let Some(heights) = loaded.as_ref().filter(|own| own.grid.has_heights()) {
+    if let Some(heights) = loaded.as_ref().filter(|loaded| loaded.grid.has_heights()) {
         // The ground keeps the aspect ratio of the image.
         scene = Scene::new();
         scene.push(Brush::new(heights.shape()))?;

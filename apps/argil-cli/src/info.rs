@@ -73,12 +73,12 @@ fn of_mesh(options: &Info) -> anyhow::Result<()> {
     );
     let report = MeshReport::of(&mesh.welded());
     let mut about = output::mesh(&report);
-    let own = json!({
+    let counts = json!({
         "vertices": mesh.positions.len(),
         "welded_vertices": report.vertices,
         "warnings": warnings,
     });
-    output::extend(&mut about, own);
+    output::extend(&mut about, counts);
     print(options, &about);
     Ok(())
 }

@@ -263,15 +263,15 @@ pub(crate) fn representation(
         }
         Representation::Levels(_) => {
             // The parser gives all representations one resolution, which is far too coarse for levels.
-            let own = LevelsOptions::default();
+            let defaults = LevelsOptions::default();
             let mut options = LevelsOptions {
-                resolution: flags.resolution.unwrap_or(own.resolution),
+                resolution: flags.resolution.unwrap_or(defaults.resolution),
                 voxel_size: flags.voxel_size,
-                pixel_error: flags.pixel_error.unwrap_or(own.pixel_error),
+                pixel_error: flags.pixel_error.unwrap_or(defaults.pixel_error),
                 memory_budget: flags
                     .memory_budget
-                    .map_or(own.memory_budget, |mib| u64::from(mib) << 20),
-                ..own
+                    .map_or(defaults.memory_budget, |mib| u64::from(mib) << 20),
+                ..defaults
             };
             options.settings.encoding = encoding;
             Representation::Levels(options)
@@ -343,17 +343,17 @@ fn idle_flag(via: Representation, flags: &VolumeArgs) -> Option<&'static str> {
 }
 
 fn encoding(via: Representation, flags: &VolumeArgs) -> Encoding {
-    let own = match via {
+    let usual = match via {
         Representation::Bricks(_) | Representation::Levels(_) => {
             BricksOptions::default().settings.encoding
         }
         _ => Encoding::default(),
     };
-    let bits = flags.bits.unwrap_or(own.format);
+    let bits = flags.bits.unwrap_or(usual.format);
     let range = match (flags.band, flags.stride) {
         (Some(voxels), _) => Band::Voxels(voxels),
         (None, Some(stride)) => Band::Stride(stride),
-        (None, None) if bits == own.format => own.band,
+        (None, None) if bits == usual.format => usual.band,
         (None, None) => Band::default(),
     };
     Encoding {

@@ -42,12 +42,12 @@ fn with_former_keys(value: &Value) -> Value {
     match value {
         Value::Object(members) => {
             let mut all = serde_json::Map::new();
-            for (key, own) in members {
-                let own = with_former_keys(own);
+            for (key, value) in members {
+                let value = with_former_keys(value);
                 if let Some((_, former)) = FORMER_KEYS.iter().find(|(now, _)| now == key) {
-                    all.insert((*former).into(), own.clone());
+                    all.insert((*former).into(), value.clone());
                 }
-                all.insert(key.clone(), own);
+                all.insert(key.clone(), value);
             }
             Value::Object(all)
         }
@@ -127,7 +127,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
         "band_voxels": info.encoding.band.voxels(),
         "memory_bytes": info.memory_bytes,
     });
-    let own = match (&info.octree, &info.bricks) {
+    let more = match (&info.octree, &info.bricks) {
         (None, None) => json!({ "levels": info.levels }),
         (None, Some(sparse)) => {
             let cells = sparse.layout.size_cells().to_array().map(u64::from);
@@ -151,7 +151,7 @@ pub(crate) fn volume(via: Representation, info: &VolumeInfo) -> Value {
             })
         }
     };
-    extend(&mut about, own);
+    extend(&mut about, more);
     about
 }
 
@@ -227,9 +227,9 @@ pub(crate) fn mesh(report: &MeshReport) -> Value {
 }
 
 /// Adds the keys of one report to another.
-pub(crate) fn extend(report: &mut Value, own: Value) {
-    if let (Some(report), Value::Object(own)) = (report.as_object_mut(), own) {
-        report.extend(own);
+pub(crate) fn extend(report: &mut Value, more: Value) {
+    if let (Some(report), Value::Object(more)) = (report.as_object_mut(), more) {
+        report.extend(more);
     }
 }
 
@@ -320,12 +320,12 @@ const KINDS: [&str; 17] = [
 ];
 
 /// Rejects a path whose extension names another format than `what`, whose own extension is `own`.
-pub(crate) fn check_ending(path: &Path, what: &str, own: &str) -> anyhow::Result<()> {
+pub(crate) fn check_ending(path: &Path, what: &str, expected: &str) -> anyhow::Result<()> {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     let ending = ending.to_lowercase();
     anyhow::ensure!(
-        ending == own || !KINDS.contains(&ending.as_str()),
-        "{}: the output is {what}, not a .{ending} file: name it .{own}",
+        ending == expected || !KINDS.contains(&ending.as_str()),
+        "{}: the output is {what}, not a .{ending} file: name it .{expected}",
         path.display()
     );
     Ok(())

@@ -169,16 +169,16 @@ fn draw(
 }
 
 pub(crate) fn settings(options: &RenderArgs, world: &World) -> RenderSettings {
-    let own = world.render_settings(options.size, options.show);
+    let defaults = world.render_settings(options.size, options.show);
     RenderSettings {
-        max_steps: options.max_steps.unwrap_or(own.max_steps),
+        max_steps: options.max_steps.unwrap_or(defaults.max_steps),
         epsilon: options.epsilon,
         normal_bias: options.normal_bias,
         normals: options.normals.unwrap_or_default(),
         lookup_start: options.volume.descent.unwrap_or_default(),
-        samples: options.still.samples.unwrap_or(own.samples),
-        ground: (own.ground || options.ground) && !options.no_ground,
-        ..own
+        samples: options.still.samples.unwrap_or(defaults.samples),
+        ground: (defaults.ground || options.ground) && !options.no_ground,
+        ..defaults
     }
 }
 
@@ -428,8 +428,8 @@ fn report(
         drawn.hit_pixels, steps.mean, steps.p95, steps.max
     ));
     if let Some(levels) = world.levels() {
-        let own = output::levels(levels, refined, coarse);
-        for (key, value) in own.as_object().into_iter().flatten() {
+        let about = output::levels(levels, refined, coarse);
+        for (key, value) in about.as_object().into_iter().flatten() {
             output::pair(key, value);
         }
     }

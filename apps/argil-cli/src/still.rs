@@ -26,13 +26,13 @@ pub(crate) fn interrupt() -> bool {
 
 /// Refuses flags that mean nothing for one of the integrators.
 pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
-    let own = &options.still;
-    if own.integrator == Integrator::Direct {
+    let flags = &options.still;
+    if flags.integrator == Integrator::Direct {
         let of_paths = [
-            ("--denoise", own.denoise),
-            ("--transparent", own.transparent),
-            ("--time-limit", own.time_limit.is_some()),
-            ("--firefly-clamp", own.firefly_clamp.is_some()),
+            ("--denoise", flags.denoise),
+            ("--transparent", flags.transparent),
+            ("--time-limit", flags.time_limit.is_some()),
+            ("--firefly-clamp", flags.firefly_clamp.is_some()),
         ];
         let found = of_paths.iter().find(|(_, is_given)| *is_given);
         ensure!(
@@ -57,13 +57,13 @@ pub(crate) fn check(options: &RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn still_options(own: &StillArgs) -> StillOptions {
+fn still_options(flags: &StillArgs) -> StillOptions {
     let defaults = StillOptions::default();
     StillOptions {
-        samples: own.samples.unwrap_or(defaults.samples),
-        firefly_clamp: own.firefly_clamp,
-        time_limit: own.time_limit.map(Duration::from_secs_f32),
-        is_transparent: own.transparent,
+        samples: flags.samples.unwrap_or(defaults.samples),
+        firefly_clamp: flags.firefly_clamp,
+        time_limit: flags.time_limit.map(Duration::from_secs_f32),
+        is_transparent: flags.transparent,
         ..defaults
     }
 }
@@ -235,10 +235,10 @@ impl Picture<'_> {
                 Rgba32FImage::from_raw(w, h, pixels).map(DynamicImage::from)
             });
         }
-        let own: Vec<[f32; 3]> = all
+        let rows: Vec<[f32; 3]> = all
             .map(|(light, &share)| light.map(|c| c / share.max(1e-3)))
             .collect();
-        let rgb = developed(&own, self.size[0], development);
+        let rgb = developed(&rows, self.size[0], development);
         let pixels = rgb
             .chunks_exact(3)
             .zip(opacity)

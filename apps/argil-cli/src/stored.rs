@@ -115,15 +115,15 @@ fn options(
     engine: &Engine,
     flags: &VolumeArgs,
 ) -> anyhow::Result<LevelsOptions> {
-    let own = stored.levels_options();
-    let asked = input::representation(own.into(), flags, engine)?;
+    let stored_options = stored.levels_options();
+    let asked = input::representation(stored_options.into(), flags, engine)?;
     let Representation::Levels(asked) = asked else {
-        return Ok(own);
+        return Ok(stored_options);
     };
     Ok(LevelsOptions {
         pixel_error: asked.pixel_error,
         memory_budget: asked.memory_budget,
-        ..own
+        ..stored_options
     })
 }
 

@@ -18,12 +18,12 @@ use std::time::Instant;
 
 pub(crate) fn run(options: &WorldArgs) -> anyhow::Result<()> {
     match &options.command {
-        WorldCommand::Plan(own) => plan(own),
-        WorldCommand::Bake(own) => bake(own),
-        WorldCommand::Status(own) => status(own),
-        WorldCommand::Finish(own) => finish(own),
-        WorldCommand::Edit(own) => edit(own),
-        WorldCommand::Export(own) => export(own),
+        WorldCommand::Plan(options_of_command) => plan(options_of_command),
+        WorldCommand::Bake(options_of_command) => bake(options_of_command),
+        WorldCommand::Status(options_of_command) => status(options_of_command),
+        WorldCommand::Finish(options_of_command) => finish(options_of_command),
+        WorldCommand::Edit(options_of_command) => edit(options_of_command),
+        WorldCommand::Export(options_of_command) => export(options_of_command),
     }
 }
 

@@ -57,8 +57,8 @@ fn every_scene_that_ships_is_drawn_and_can_be_written_again() {
             "--resolution",
             "1024",
         ];
-        let own = if is_wide { &levels[..] } else { &[] };
-        let report = json(&argil(&[&arguments[..], own].concat()));
+        let flags = if is_wide { &levels[..] } else { &[] };
+        let report = json(&argil(&[&arguments[..], flags].concat()));
         assert!(
             report["hit_pixels"].as_u64() > Some(150),
             "{path:?}: {report}"

@@ -85,8 +85,8 @@ fn rendered_images_are_compared() {
     let folder = tempfile::tempdir().expect("a folder");
     let draw = |name: &str, more: &[&str]| {
         let place = folder.path().join(name).display().to_string();
-        let own = scene("edgy-cube");
-        let mut all = vec!["render", &own, "--size", "160x120", "-o", &place, "--json"];
+        let path = scene("edgy-cube");
+        let mut all = vec!["render", &path, "--size", "160x120", "-o", &place, "--json"];
         all.extend(more);
         json(&argil(&all));
         place

@@ -153,10 +153,10 @@ fn a_log_can_bring_a_mesh() {
     let edit = r#"{"edit": "insert", "entry": {"shape": {"type": "mesh", "path": "suzanne.obj", "resolution": 32}}}"#;
     let edits = place("edits.jsonl");
     std::fs::write(&edits, format!("\u{feff}{edit}\r\n")).expect("a file");
-    let own = place("s.json");
+    let file = place("s.json");
     let run = [
         "edit",
-        &own,
+        &file,
         "--edits",
         &edits,
         "--resolution",
@@ -258,6 +258,10 @@ fn renamed_meshes_are_written() {
     let output = argil(&[&run[..], &rest].concat());
     assert!(output.status.success(), "{output:?}");
     let bytes = std::fs::read(&out).expect("a volume");
-    let has = |text: &str| bytes.windows(text.len()).any(|own| own == text.as_bytes());
+    let has = |text: &str| {
+        bytes
+            .windows(text.len())
+            .any(|window| window == text.as_bytes())
+    };
     assert!(has("monkey.obj") && !has("suzanne.obj"));
 }

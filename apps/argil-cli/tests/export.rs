@@ -121,7 +121,7 @@ fn flags_that_do_not_fit_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
     let csg = scene("csg20");
-    let (vdb, npy, own) = (place("a.vdb"), place("a.npy"), place("a.argil"));
+    let (vdb, npy, argil_file) = (place("a.vdb"), place("a.npy"), place("a.argil"));
     let bake = |file: &str, flags: &[&str], code: i32, text: &str| {
         fails(
             &[&["bake", &csg, "-o", file][..], flags].concat(),
@@ -136,7 +136,7 @@ fn flags_that_do_not_fit_are_refused() {
     bake(&vdb, &["--band", "0.1"], 1, "band of 0.1 voxels");
     bake(&vdb, &["--resolution", "1000000"], 1, "resolution");
     bake(&npy, &["--colors"], 1, "colors");
-    bake(&own, &["--class", "fog"], 1, "--class");
+    bake(&argil_file, &["--class", "fog"], 1, "--class");
     bake(&place("a.glb"), &[], 1, "not a .glb file");
     if !cfg!(feature = "zarr") {
         bake(&place("a.zarr"), &[], 1, "--features zarr");

@@ -112,8 +112,8 @@ fn a_mesh_of_levels_is_closed() {
     assert!(directed.values().all(|&sum| sum == 0), "a hole");
     let mesh = argil::mesh::read(file.as_ref()).expect("a mesh file");
     let mesh = mesh.mesh.welded();
-    let own = argil::mesh::MeshReport::of(&mesh);
-    assert!(own.is_watertight(), "{own:?}");
+    let counted = argil::mesh::MeshReport::of(&mesh);
+    assert!(counted.is_watertight(), "{counted:?}");
     // The finest edges are much shorter than the longest.
     let mut lengths: Vec<f32> = (0..mesh.triangles.len())
         .map(|triangle| {

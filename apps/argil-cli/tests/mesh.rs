@@ -63,10 +63,10 @@ fn every_format_comes_back_closed() {
                 && report["surface_error_voxels"]["rms"].as_f64() < Some(0.02),
             "{report}"
         );
-        let own = MeshReport::of(&read(&file).welded());
-        assert!(own.is_watertight(), "{ending} {own:?}");
-        assert_eq!(report["triangles"], own.triangles, "{ending}");
-        assert_eq!(report["euler"], own.euler_characteristic, "{ending}");
+        let counted = MeshReport::of(&read(&file).welded());
+        assert!(counted.is_watertight(), "{ending} {counted:?}");
+        assert_eq!(report["triangles"], counted.triangles, "{ending}");
+        assert_eq!(report["euler"], counted.euler_characteristic, "{ending}");
         let info = json(&argil(&["info", &file, "--json"]));
         assert_eq!(info["watertight"], true);
     }
@@ -76,10 +76,10 @@ fn every_format_comes_back_closed() {
 fn the_ways_to_a_mesh_agree() {
     let folder = tempfile::tempdir().expect("a folder");
     let volume = folder.path().join("v.argil").display().to_string();
-    let own = scene("csg20");
+    let csg20 = scene("csg20");
     json(&argil(&[
         "bake",
-        &own,
+        &csg20,
         "--via",
         "bricks",
         "--resolution",
@@ -89,10 +89,10 @@ fn the_ways_to_a_mesh_agree() {
         "--json",
     ]));
     let ways: [&[&str]; 7] = [
-        &[&own, "--resolution", "96"],
-        &[&own, "--resolution", "96", "--via", "bricks"],
+        &[&csg20, "--resolution", "96"],
+        &[&csg20, "--resolution", "96", "--via", "bricks"],
         &[
-            &own,
+            &csg20,
             "--resolution",
             "96",
             "--via",
@@ -101,7 +101,7 @@ fn the_ways_to_a_mesh_agree() {
             "gpu",
         ],
         &[
-            &own,
+            &csg20,
             "--resolution",
             "96",
             "--via",
@@ -112,8 +112,8 @@ fn the_ways_to_a_mesh_agree() {
             "gradient",
         ],
         &[&volume],
-        &[&own, "--resolution", "96", "--method", "dc"],
-        &[&own, "--resolution", "96", "--iso", "0.0001"],
+        &[&csg20, "--resolution", "96", "--method", "dc"],
+        &[&csg20, "--resolution", "96", "--iso", "0.0001"],
     ];
     let mut volumes = Vec::new();
     for way in ways {
@@ -127,19 +127,19 @@ fn the_ways_to_a_mesh_agree() {
     }
     // A larger iso level is a larger solid.
     let at = |iso: &str| {
-        let run = ["mesh", &own, "--resolution", "64", "--json", "--iso", iso];
+        let run = ["mesh", &csg20, "--resolution", "64", "--json", "--iso", iso];
         json(&argil(&run))["enclosed_volume"].as_f64()
     };
     assert!(at("0.05") > at("0.02") && at("0.02") > at("-0.02"));
     // Voxels of a size.
-    let run = ["mesh", &own, "--voxel", "0.02", "--json"];
+    let run = ["mesh", &csg20, "--voxel", "0.02", "--json"];
     let report = json(&argil(&run));
     assert!((report["voxel"].as_f64().expect("a number") - 0.02).abs() < 1e-6);
     assert_eq!(report["watertight"], true, "{report}");
     // The study's triangles share no corners.
     let run = [
         "mesh",
-        &own,
+        &csg20,
         "--resolution",
         "64",
         "--normals",
@@ -176,8 +176,8 @@ fn fewer_triangles_and_levels_of_detail() {
         assert_eq!(lod["open_edges"], 0, "{lod}");
         assert!(lod["triangles"].as_u64() < before);
         before = lod["triangles"].as_u64();
-        let own = read(lod["mesh"].as_str().expect("a path"));
-        assert_eq!(Some(own.triangles.len() as u64), before);
+        let level = read(lod["mesh"].as_str().expect("a path"));
+        assert_eq!(Some(level.triangles.len() as u64), before);
     }
 }
 
@@ -327,8 +327,8 @@ fn a_scenes_own_meshes_are_spared() {
     std::fs::write(place("s.json"), text).expect("a file");
     let before = std::fs::read(place("own.obj")).expect("a file");
     let run = |more: &[&str]| {
-        let own = place("s.json");
-        let all = [&["mesh", &own, "--resolution", "16"][..], more].concat();
+        let path = place("s.json");
+        let all = [&["mesh", &path, "--resolution", "16"][..], more].concat();
         fails(&all, 1, "input");
     };
     run(&["-o", &place("own.obj")]);
@@ -341,8 +341,8 @@ fn a_scenes_own_meshes_are_spared() {
     assert_eq!(std::fs::read(place("own.obj")).expect("a file"), before);
     assert!(!Path::new(&place("more.obj")).exists());
     std::fs::create_dir(place("lod-1.glb")).expect("a folder");
-    let own = place("s.json");
-    let lods = ["mesh", &own, "-o", &place("lod.glb"), "--lods", "1"];
+    let path = place("s.json");
+    let lods = ["mesh", &path, "-o", &place("lod.glb"), "--lods", "1"];
     fails(&lods, 1, "is a folder");
     assert!(!Path::new(&place("lod.glb")).exists());
 }
@@ -351,9 +351,9 @@ fn a_scenes_own_meshes_are_spared() {
 fn a_mesh_is_drawn_on_both_devices() {
     let folder = tempfile::tempdir().expect("a folder");
     let png = folder.path().join("p.png").display().to_string();
-    let own = scene("csg20");
+    let csg20 = scene("csg20");
     let run = [
-        "render", &own, "-o", &png, "--size", "96x72", "--show", "normal", "--json",
+        "render", &csg20, "-o", &png, "--size", "96x72", "--show", "normal", "--json",
     ];
     let hits = |more: &[&str]| json(&argil(&[&run[..], more].concat()))["hit_pixels"].as_f64();
     let field = hits(&["--device", "cpu"]).expect("a number");
@@ -370,21 +370,21 @@ fn a_mesh_is_drawn_on_both_devices() {
             "--flat",
         ],
     ] {
-        let own = hits(more).expect("a number");
+        let count = hits(more).expect("a number");
         assert!(
-            (own / field - 1.0).abs() < 0.01,
-            "{own} and {field}: {more:?}"
+            (count / field - 1.0).abs() < 0.01,
+            "{count} and {field}: {more:?}"
         );
     }
-    let bits = ["render", &own, "-o", &png, "--via", "mesh", "--bits", "8"];
+    let bits = ["render", &csg20, "-o", &png, "--via", "mesh", "--bits", "8"];
     fails(&bits, 1, "--bits has no effect");
     fails(
-        &["render", &own, "-o", &png, "--via", "bricks", "--flat"],
+        &["render", &csg20, "-o", &png, "--via", "bricks", "--flat"],
         1,
         "--flat has no effect",
     );
-    fails(&["bake", &own, "--via", "mesh"], 1, "argil mesh");
-    fails(&["mesh", &own, "--via", "mesh"], 1, "--normals face");
+    fails(&["bake", &csg20, "--via", "mesh"], 1, "argil mesh");
+    fails(&["mesh", &csg20, "--via", "mesh"], 1, "--normals face");
 }
 
 #[test]
@@ -392,23 +392,23 @@ fn a_mesh_is_drawn_on_both_devices() {
 fn impossible_requests_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name).display().to_string();
-    let own = scene("csg20");
+    let csg20 = scene("csg20");
     fails(
-        &["mesh", &own, "-o", &place("x.fbx")],
+        &["mesh", &csg20, "-o", &place("x.fbx")],
         1,
         &MeshFormat::extensions("or"),
     );
     fails(
-        &["mesh", &own, "-o", &place("x.glb"), "--axes", "z-up"],
+        &["mesh", &csg20, "-o", &place("x.glb"), "--axes", "z-up"],
         1,
         "omit them",
     );
-    fails(&["mesh", &own, "--axes", "z-up"], 1, "add -o");
-    fails(&["mesh", &own, "--via", "octree"], 1, "octree");
+    fails(&["mesh", &csg20, "--axes", "z-up"], 1, "add -o");
+    fails(&["mesh", &csg20, "--via", "octree"], 1, "octree");
     fails(
         &[
             "mesh",
-            &own,
+            &csg20,
             "--via",
             "bricks",
             "--iso",
@@ -419,11 +419,11 @@ fn impossible_requests_are_refused() {
         1,
         "iso",
     );
-    fails(&["mesh", &own, "--iso", "nan"], 1, "iso");
+    fails(&["mesh", &csg20, "--iso", "nan"], 1, "iso");
     fails(
         &[
             "mesh",
-            &own,
+            &csg20,
             "--via",
             "dense",
             "--iso",
@@ -435,14 +435,14 @@ fn impossible_requests_are_refused() {
         "band",
     );
     fails(
-        &["mesh", &own, "--method", "dc", "--via", "dense"],
+        &["mesh", &csg20, "--method", "dc", "--via", "dense"],
         1,
         "--method has no effect",
     );
     fails(
         &[
             "mesh",
-            &own,
+            &csg20,
             "--iso",
             "-5",
             "--resolution",
@@ -453,20 +453,20 @@ fn impossible_requests_are_refused() {
         1,
         "no surface",
     );
-    fails(&["mesh", &own, "--lods", "2"], 2, "--output");
+    fails(&["mesh", &csg20, "--lods", "2"], 2, "--output");
     fails(
-        &["mesh", &own, "--voxel", "0.1", "--resolution", "64"],
+        &["mesh", &csg20, "--voxel", "0.1", "--resolution", "64"],
         2,
         "--voxel-size",
     );
-    fails(&["mesh", &own, "--voxel", "0"], 2, "above 0");
-    fails(&["mesh", &own, "--voxel", "1e-9"], 1, "4096");
+    fails(&["mesh", &csg20, "--voxel", "0"], 2, "above 0");
+    fails(&["mesh", &csg20, "--voxel", "1e-9"], 1, "4096");
     fails(
-        &["mesh", &own, "--voxel", "0.1", "--via", "dense"],
+        &["mesh", &csg20, "--voxel", "0.1", "--via", "dense"],
         1,
         "--voxel-size",
     );
-    fails(&["mesh", &own, "--resolution", "100000"], 1, "4096");
+    fails(&["mesh", &csg20, "--resolution", "100000"], 1, "4096");
     assert!(!Path::new(&place("x.obj")).exists());
 
     for (name, content, message) in [

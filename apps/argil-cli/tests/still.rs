@@ -148,7 +148,7 @@ fn the_gallery_is_rendered() {
     for name in ["textures", "glass", "fog", "lights"] {
         let path = folder.path().join(format!("{name}.png"));
         let path = path.display().to_string();
-        let own = scene(&format!("gallery/{name}"));
+        let gallery_scene = scene(&format!("gallery/{name}"));
         let size = [
             "--integrator",
             "path",
@@ -158,7 +158,7 @@ fn the_gallery_is_rendered() {
             "1",
             "--transparent",
         ];
-        argil(&[&["render", &own, "-o", &path], &size[..]].concat());
+        argil(&[&["render", &gallery_scene, "-o", &path], &size[..]].concat());
         let picture = image::open(&path).expect("a picture").into_rgba8();
         let alpha = |index: fn(u8) -> bool| picture.pixels().any(|pixel| index(pixel.0[3]));
         assert!(alpha(|a| a == 255), "{name}");
@@ -199,7 +199,7 @@ fn bad_images_and_lights_are_refused() {
         format!(r#""view": {{"environment": {{"type": "image", "path": "{path}"}}}},"#)
     };
     let texture =
-        |own: &str| format!(r#""materials": {{"a": {{"textures": {{"base_color": {own}}}}}}},"#);
+        |json: &str| format!(r#""materials": {{"a": {{"textures": {{"base_color": {json}}}}}}},"#);
     let image = |path: &str| {
         texture(&format!(
             r#"{{"pattern": {{"type": "image", "path": "{path}"}}}}"#

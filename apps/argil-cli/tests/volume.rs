@@ -250,15 +250,15 @@ fn a_volume_file_needs_no_other_file() {
     let [here, there] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
     let at =
         |folder: &tempfile::TempDir, name: &str| folder.path().join(name).display().to_string();
-    let (solid, own) = (at(&here, "solid.ply"), at(&here, "solid.json"));
+    let (solid, imported) = (at(&here, "solid.ply"), at(&here, "solid.json"));
     let meshing = ["mesh", &scene("csg20"), "--resolution", "48", "-o", &solid];
     done(&meshing);
-    done(&["import", &solid, "-o", &own]);
+    done(&["import", &solid, "-o", &imported]);
     for via in ["bricks", "dense", "octree"] {
         let volume = at(&here, &format!("{via}.argil"));
         done(&[
             "bake",
-            &own,
+            &imported,
             "--via",
             via,
             "--resolution",

@@ -88,9 +88,9 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 /// Four workers are killed twenty times at any moment, two of them at the same tiles: the world is that of one process.
 #[test]
 fn killed_workers_come_back_and_make_the_same_world() {
-    let own = bench("csg20", "0.002");
-    let (one, many) = (own.store("one"), own.store("many"));
-    let done = own.bake(&one);
+    let rig = bench("csg20", "0.002");
+    let (one, many) = (rig.store("one"), rig.store("many"));
+    let done = rig.bake(&one);
     assert!(done["baked"].as_u64() > Some(3) && done["present"] == 0);
     let shards = ["0/3", "1/3", "2/3", "2/3"];
     let mut seed = 5u64;
@@ -98,7 +98,7 @@ fn killed_workers_come_back_and_make_the_same_world() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         seed >> 33
     };
-    let mut workers: Vec<Child> = shards.map(|shard| own.worker(&many, shard)).into();
+    let mut workers: Vec<Child> = shards.map(|shard| rig.worker(&many, shard)).into();
     for _ in 0..20 {
         std::thread::sleep(Duration::from_millis(random() % 60));
         let index = random() as usize % workers.len();
@@ -106,34 +106,34 @@ fn killed_workers_come_back_and_make_the_same_world() {
         let _ = workers[index].kill();
         let _ = workers[index].wait();
         // What is there was never half written.
-        for (name, bytes) in contents(&own.world(&many)) {
-            let whole = std::fs::read(own.world(&one).join(&name)).expect("the same object");
+        for (name, bytes) in contents(&rig.world(&many)) {
+            let whole = std::fs::read(rig.world(&one).join(&name)).expect("the same object");
             assert!(whole == bytes, "{name:?}");
         }
-        workers[index] = own.worker(&many, shards[index]);
+        workers[index] = rig.worker(&many, shards[index]);
     }
     for mut worker in workers {
         assert!(worker.wait().expect("an end").success());
     }
-    let again = own.bake(&many);
+    let again = rig.bake(&many);
     assert_eq!(
         (&again["baked"], &again["present"]),
         (&0.into(), &done["baked"])
     );
-    assert_eq!(own.finish(&one)["tiles"], own.finish(&many)["tiles"]);
-    assert_eq!(own.finish(&many)["tiles"], done["baked"]);
+    assert_eq!(rig.finish(&one)["tiles"], rig.finish(&many)["tiles"]);
+    assert_eq!(rig.finish(&many)["tiles"], done["baked"]);
     assert!(contents(Path::new(&one)) == contents(Path::new(&many)));
     // The jobs of an array find their shards by themselves.
-    let array = own.store("array");
+    let array = rig.store("array");
     for task in ["3", "4"] {
         let job = Command::new(env!("CARGO_BIN_EXE_argil"))
-            .args(["world", "bake", &own.plan, "--store", &array])
+            .args(["world", "bake", &rig.plan, "--store", &array])
             .envs([("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_MIN", "3")])
             .env("SLURM_ARRAY_TASK_COUNT", "2")
             .output();
         assert!(job.expect("the command starts").status.success());
     }
-    own.finish(&array);
+    rig.finish(&array);
     assert!(contents(Path::new(&one)) == contents(Path::new(&array)));
 }
 
@@ -141,22 +141,22 @@ fn killed_workers_come_back_and_make_the_same_world() {
 /// is baked.
 #[test]
 fn stored_worlds_are_rendered() {
-    let own = bench("csg20", "0.004");
-    let store = own.store("store");
-    own.bake(&store);
+    let rig = bench("csg20", "0.004");
+    let store = rig.store("store");
+    rig.bake(&store);
     fails(
         &[
             "render",
-            &own.world(&store).display().to_string(),
+            &rig.world(&store).display().to_string(),
             "-o",
-            &own.store("x.png"),
+            &rig.store("x.png"),
         ],
         1,
         "argil world finish",
     );
-    own.finish(&store);
+    rig.finish(&store);
     let picture = |name: &str, input: &[&str]| {
-        let path = own.store(name);
+        let path = rig.store(name);
         let size = ["--size", "160x90", "--device", "cpu", "--json", "-o", &path];
         let output = argil(&[&["render"], input, &size].concat());
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -166,7 +166,7 @@ fn stored_worlds_are_rendered() {
             errors,
         )
     };
-    let manifest = own
+    let manifest = rig
         .world(&store)
         .join("manifest.json")
         .display()
@@ -179,7 +179,7 @@ fn stored_worlds_are_rendered() {
     assert!(stored == baked && errors.is_empty(), "{errors}");
     assert!(found["tile_requests"].as_u64() > Some(0) && found["tiles_missing"] == 0);
 
-    let tiles = own.world(&store).join("tiles/0");
+    let tiles = rig.world(&store).join("tiles/0");
     for (index, entry) in std::fs::read_dir(tiles)
         .expect("tiles")
         .flatten()
@@ -203,7 +203,7 @@ fn stored_worlds_are_rendered() {
     assert!(both == baked);
 
     let status = [
-        "world", "status", &own.plan, "--store", &store, "--verify", "--json",
+        "world", "status", &rig.plan, "--store", &store, "--verify", "--json",
     ];
     let found = json(&argil(&status));
     let damaged = found["damaged"].as_array().map_or(0, Vec::len) as u64;
@@ -211,18 +211,18 @@ fn stored_worlds_are_rendered() {
         damaged > 0 && found["missing"].as_u64() > Some(0),
         "{found}"
     );
-    let verify = ["world", "finish", &own.plan, "--store", &store, "--verify"];
+    let verify = ["world", "finish", &rig.plan, "--store", &store, "--verify"];
     fails(&verify, 1, "were damaged, among them 0/");
     fails(&verify, 1, "are missing, among them 0/");
-    own.bake(&store);
+    rig.bake(&store);
     let (_, mended, errors) = picture("e.png", &[&manifest]);
     assert!(mended == baked && errors.is_empty());
 }
 
 #[test]
 fn requests_at_fault_are_refused() {
-    let own = bench("csg20", "0.01");
-    let (plan, store) = (&own.plan[..], &own.store("store")[..]);
+    let rig = bench("csg20", "0.01");
+    let (plan, store) = (&rig.plan[..], &rig.store("store")[..]);
     let bake = ["world", "bake", plan, "--store", store];
     for shard in ["2/2", "x", "0/0", "-1/2"] {
         fails(
@@ -260,7 +260,7 @@ fn requests_at_fault_are_refused() {
             &scene("csg20"),
             &size,
             "-o",
-            &own.store("y.json"),
+            &rig.store("y.json"),
         ])
     };
     for length in ["0", "-1", "nan", "inf", "x"] {
@@ -270,7 +270,7 @@ fn requests_at_fault_are_refused() {
         assert_eq!(voxels(length).status.code(), Some(1), "{length}");
     }
     let text = std::fs::read_to_string(plan).expect("a plan");
-    let changed = own.store("changed.json");
+    let changed = rig.store("changed.json");
     std::fs::write(&changed, text.replacen("brass", "Brass", 1)).expect("a file");
     fails(
         &["world", "bake", &changed, "--store", store],

@@ -73,7 +73,7 @@ impl Studio {
             } else {
                 Engine::cpu()
             },
-            renderer: RenderThread::new(options.engine, window.map(|own| &own.device), wake),
+            renderer: RenderThread::new(options.engine, window.map(|state| &state.device), wake),
             picker: Picker::new(),
             preferences,
             dialog: None,
@@ -380,11 +380,11 @@ impl eframe::App for Studio {
         // The page may be about to close. Do not save a drag that is in progress.
         #[cfg(target_arch = "wasm32")]
         if !self.session.document.is_in_stroke() && !crate::web_world::is_asked_for() {
-            let own = &mut self.session;
-            let scene = own.document.scene();
-            let what = (own.version, own.document.is_changed());
-            if let Err(error) = own.keeper.keep_now(what, || scene.to_json()) {
-                own.fail(&error);
+            let session = &mut self.session;
+            let scene = session.document.scene();
+            let what = (session.version, session.document.is_changed());
+            if let Err(error) = session.keeper.keep_now(what, || scene.to_json()) {
+                session.fail(&error);
             }
         }
     }

@@ -130,9 +130,9 @@ pub(crate) fn pick(ctx: &egui::Context, accepted: &str) -> Result<(), JsValue> {
     input.set_type("file");
     input.set_multiple(true);
     input.set_accept(accepted);
-    let (own, ctx) = (input.clone(), ctx.clone());
+    let (chosen_input, ctx) = (input.clone(), ctx.clone());
     let chosen = Closure::once_into_js(move || {
-        let files: Vec<File> = own
+        let files: Vec<File> = chosen_input
             .files()
             .map(|list| (0..list.length()).filter_map(|i| list.get(i)).collect())
             .unwrap_or_default();

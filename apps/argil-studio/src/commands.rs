@@ -322,8 +322,8 @@ mod tests {
             .flat_map(|e| &e.shortcut)
             .map(format_shortcut)
             .collect();
-        let own: BTreeSet<&String> = keys.iter().collect();
-        assert_eq!(own.len(), keys.len());
+        let different: BTreeSet<&String> = keys.iter().collect();
+        assert_eq!(different.len(), keys.len());
     }
 
     #[test]

@@ -135,9 +135,9 @@ impl Session {
         egui::Modal::new(egui::Id::unique("recover")).show(ctx, |ui| {
             ui.heading("A previous session ended without saving");
             let mut chosen = None;
-            for (i, own) in left.iter().enumerate() {
+            for (i, session) in left.iter().enumerate() {
                 ui.horizontal(|ui| {
-                    let name = match &own.scene {
+                    let name = match &session.scene {
                         Some(path) => path.display().to_string(),
                         None => "Untitled".into(),
                     };
@@ -151,12 +151,12 @@ impl Session {
                 });
             }
             if let Some((i, back)) = chosen {
-                let own = left.remove(i);
+                let session = left.remove(i);
                 if back {
                     stays = false;
-                    self.attempt(|s| s.recover(own));
+                    self.attempt(|s| s.recover(session));
                 } else {
-                    recovery::discard(&own);
+                    recovery::discard(&session);
                 }
             }
             if ui.button("Later").clicked() {
@@ -288,12 +288,12 @@ fn pressed(ui: &egui::Ui) -> Option<KeyboardShortcut> {
                 modifiers,
                 ..
             } => {
-                let own = egui::Modifiers {
+                let held_modifiers = egui::Modifiers {
                     ctrl: false,
                     mac_cmd: false,
                     ..*modifiers
                 };
-                Some(KeyboardShortcut::new(own, *key))
+                Some(KeyboardShortcut::new(held_modifiers, *key))
             }
             _ => None,
         })

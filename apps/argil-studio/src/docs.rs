@@ -14,10 +14,10 @@ impl Docs {
     /// Returns the description of a parameter, such as `radius` of the `Shape` `sphere`.
     pub(crate) fn of(&self, which: &str, kind: &str, key: &str) -> Option<&str> {
         let kinds = self.0["$defs"][which]["oneOf"].as_array()?;
-        let own = kinds
+        let definition = kinds
             .iter()
             .find(|k| k["properties"]["type"]["const"] == kind)?;
-        own["properties"][key]["description"].as_str()
+        definition["properties"][key]["description"].as_str()
     }
 
     /// Returns the description of a value, such as `density` of `Fog`.

@@ -172,7 +172,7 @@ impl Document {
     pub fn add_mesh_grid(&mut self, path: &str, resolution: u32, grid: Arc<SampledGrid>) {
         self.scene.set_mesh_grid(path, resolution, grid);
         self.missing
-            .retain(|(own, size)| (own.as_str(), *size) != (path, resolution));
+            .retain(|(missing_path, size)| (missing_path.as_str(), *size) != (path, resolution));
     }
 
     /// Evaluates keyframes at a time in seconds. This is no undo step, and is not saved.
@@ -185,7 +185,7 @@ impl Document {
         let is_named = |(path, resolution): &&Named| {
             let names = |node: NodeId| {
                 let file = self.scene.node(node).desc().kind.file();
-                file.is_some_and(|(own, size, _)| own == path && size == *resolution)
+                file.is_some_and(|(named, size, _)| named == path && size == *resolution)
             };
             self.scene.iter().any(names)
         };
@@ -411,9 +411,9 @@ impl Document {
         crate::save_target::write_output(path, |out| out.write_all(text.as_bytes()))?;
         if !moved.is_empty() {
             self.control(Action::RenameMeshes(moved.clone()));
-            for (own, _) in &mut self.missing {
-                if let Some(to) = moved.get(own) {
-                    own.clone_from(to);
+            for (name, _) in &mut self.missing {
+                if let Some(to) = moved.get(name) {
+                    name.clone_from(to);
                 }
             }
         }

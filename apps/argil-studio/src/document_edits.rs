@@ -96,8 +96,8 @@ impl Document {
         let last = self.outermost().last().copied();
         let place = last.and_then(|node| {
             let parent = scene.node(node).parent()?;
-            let own = scene.node(parent).children();
-            Some((parent, own.iter().position(|&n| n == node)? + 1))
+            let siblings = scene.node(parent).children();
+            Some((parent, siblings.iter().position(|&n| n == node)? + 1))
         });
         place.unwrap_or((Scene::ROOT, scene.node(Scene::ROOT).children().len()))
     }
@@ -119,8 +119,8 @@ impl Document {
             let Some(parent) = scene.node(node).parent() else {
                 continue;
             };
-            let own = scene.node(parent).children();
-            let index = own.iter().position(|&n| n == node).unwrap_or(0) + 1;
+            let siblings = scene.node(parent).children();
+            let index = siblings.iter().position(|&n| n == node).unwrap_or(0) + 1;
             let copy = self.insert_tree("Duplicate", (parent, index), tree);
             made.push(copy?);
         }
@@ -135,8 +135,8 @@ impl Document {
         };
         let scene = self.scene();
         let parent = scene.node(first).parent().unwrap_or(Scene::ROOT);
-        let own = scene.node(parent).children();
-        let index = own.iter().position(|&n| n == first).unwrap_or(0);
+        let siblings = scene.node(parent).children();
+        let index = siblings.iter().position(|&n| n == first).unwrap_or(0);
         self.begin_stroke("Group");
         let entry = Group::new().into();
         let insert = Edit::Insert {
@@ -179,8 +179,8 @@ impl Document {
                 );
             }
             let parent = scene.node(group).parent().unwrap_or(Scene::ROOT);
-            let own = scene.node(parent).children();
-            let index = own.iter().position(|&n| n == group).unwrap_or(0);
+            let siblings = scene.node(parent).children();
+            let index = siblings.iter().position(|&n| n == group).unwrap_or(0);
             for (i, node) in scene
                 .node(group)
                 .children()
@@ -329,7 +329,7 @@ impl Document {
     pub(crate) fn loaded_mesh_places(&self) -> Vec<PathBuf> {
         let folder = self.mesh_folder();
         let missing = self.missing_meshes();
-        let is_loaded = |path: &&str| missing.iter().all(|(own, _)| own != path);
+        let is_loaded = |path: &&str| missing.iter().all(|(missing_path, _)| missing_path != path);
         let loaded = self.scene.known_mesh_paths().filter(is_loaded);
         loaded.map(|path| folder.join(path)).collect()
     }
@@ -337,8 +337,8 @@ impl Document {
     /// Returns a mesh's path relative to the scene's folder, if it lies inside.
     pub(crate) fn mesh_name(&self, path: &Path) -> std::io::Result<String> {
         let absolute = std::path::absolute(path)?;
-        let own = self.path().and_then(Path::parent);
-        let within = match own.map(std::path::absolute) {
+        let folder_of_scene = self.path().and_then(Path::parent);
+        let within = match folder_of_scene.map(std::path::absolute) {
             Some(folder) => absolute.strip_prefix(folder?).ok(),
             None => None,
         };

@@ -64,8 +64,8 @@ impl Screen<'_> {
     }
 
     pub(crate) fn ray(&self, at: Vec2) -> [Vec3; 2] {
-        let own = at - Vec2::new(self.rect.left(), self.rect.top());
-        self.eye.ray(own, self.size())
+        let in_view = at - Vec2::new(self.rect.left(), self.rect.top());
+        self.eye.ray(in_view, self.size())
     }
 
     /// Converts a length in points at a position to world units.

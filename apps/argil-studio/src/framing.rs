@@ -87,13 +87,13 @@ impl ViewState {
         let Some(node) = session.document.active() else {
             return;
         };
-        let Some(own) = session.picker.box_of(session.document.scene(), node) else {
+        let Some(bounds) = session.picker.box_of(session.document.scene(), node) else {
             return;
         };
         let in_view = self.eye.half_height();
-        let is_near = own.center().distance(self.eye.target) < in_view;
-        if !is_near || !(0.05..=1.0).contains(&(own.half_diagonal() / in_view)) {
-            self.eye.frame(own);
+        let is_near = bounds.center().distance(self.eye.target) < in_view;
+        if !is_near || !(0.05..=1.0).contains(&(bounds.half_diagonal() / in_view)) {
+            self.eye.frame(bounds);
         }
     }
 }

@@ -143,7 +143,7 @@ impl Inspector {
             ];
             let all = kinds.map(|(kind, _)| kind);
             let word = |kind: &OperatorKind| {
-                let known = kinds.iter().find(|(own, _)| own == kind);
+                let known = kinds.iter().find(|(known_kind, _)| known_kind == kind);
                 known.map_or("", |(_, word)| word).to_owned()
             };
             choice(ui, "Operator", &mut operator.kind, all, word);
@@ -275,9 +275,9 @@ impl Session {
             if other == node || self.document.is_locked(other) {
                 continue;
             }
-            let own = self.document.scene().node(other).desc();
-            let changed = apply_same_change(before, &after, own);
-            if changed != *own {
+            let desc = self.document.scene().node(other).desc();
+            let changed = apply_same_change(before, &after, desc);
+            if changed != *desc {
                 self.attempt(|s| s.document.replace(what, other, changed));
             }
         }

@@ -102,10 +102,10 @@ pub(crate) struct BackgroundJob {
 impl BackgroundJob {
     /// Returns the progress from 0 to 1; 0 while it is unknown.
     pub(crate) fn part(&self) -> f32 {
-        let own = self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0;
+        let counted = self.progress.thousandths.load(Ordering::Relaxed) as f32 / 1000.0;
         let stage = self.progress.control.progress();
         let of_stage = stage.filter(|stage| stage.total > 0);
-        own.max(of_stage.map_or(0.0, |stage| stage.done as f32 / stage.total as f32))
+        counted.max(of_stage.map_or(0.0, |stage| stage.done as f32 / stage.total as f32))
     }
 
     /// Cancels the job. Its current step still runs to the end, in the background.
@@ -162,16 +162,16 @@ impl Jobs {
     ) {
         let progress = Arc::new(JobProgress::new());
         let (sender, result) = channel();
-        let own = progress.clone();
+        let progress_of_work = progress.clone();
         #[cfg(not(target_arch = "wasm32"))]
         std::thread::spawn(move || {
             // The receiver may be gone.
-            let _ = sender.send(pollster::block_on(work(&own)));
+            let _ = sender.send(pollster::block_on(work(&progress_of_work)));
         });
         #[cfg(target_arch = "wasm32")]
         wasm_bindgen_futures::spawn_local(async move {
             breathe().await;
-            let _ = sender.send(work(&own).await);
+            let _ = sender.send(work(&progress_of_work).await);
         });
         self.0.push(BackgroundJob {
             name,

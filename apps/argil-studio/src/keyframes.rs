@@ -16,7 +16,7 @@ pub(crate) fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Opti
         }
     });
     let mut gone = None;
-    for (i, own) in entry.keyframes.iter_mut().enumerate() {
+    for (i, keyframe) in entry.keyframes.iter_mut().enumerate() {
         ui.push_id(("keyframe", i), |ui| {
             ui.horizontal(|ui| {
                 ui.label(RichText::new(format!("{}", i + 1)).strong());
@@ -24,16 +24,18 @@ pub(crate) fn keyframes(ui: &mut egui::Ui, entry: &mut NodeDesc, done: &mut Opti
                     ui,
                     &format!("Keyframe {} time", i + 1),
                     "time",
-                    &mut own.time,
+                    &mut keyframe.time,
                 );
                 let all = [Ease::Linear, Ease::Smooth, Ease::Hold];
-                choice(ui, "Ease", &mut own.ease, all, |ease| word(*ease).into());
+                choice(ui, "Ease", &mut keyframe.ease, all, |ease| {
+                    word(*ease).into()
+                });
                 let words = format!("Remove keyframe {}", i + 1);
                 if icon::button(ui, Icon::Cross, true, &words).clicked() {
                     gone = Some(i);
                 }
             });
-            values(ui, own);
+            values(ui, keyframe);
         });
     }
     if let Some(i) = gone {
@@ -66,40 +68,46 @@ fn word(ease: Ease) -> &'static str {
     }
 }
 
-fn values(ui: &mut egui::Ui, own: &mut Keyframe) {
-    stated(ui, "Translate", &mut own.translate, [0.0; 3], |ui, by| {
-        for (axis, value) in ["x", "y", "z"].iter().zip(by) {
-            number(
-                ui,
-                &format!("Keyframe translate {axis}"),
-                "translate",
-                value,
-            );
-        }
-    });
+fn values(ui: &mut egui::Ui, keyframe: &mut Keyframe) {
+    stated(
+        ui,
+        "Translate",
+        &mut keyframe.translate,
+        [0.0; 3],
+        |ui, by| {
+            for (axis, value) in ["x", "y", "z"].iter().zip(by) {
+                number(
+                    ui,
+                    &format!("Keyframe translate {axis}"),
+                    "translate",
+                    value,
+                );
+            }
+        },
+    );
     let still = AxisAngle {
         axis: [0.0, 1.0, 0.0],
         degrees: 0.0,
     };
-    stated(ui, "Rotate", &mut own.rotate, still, |ui, turn| {
+    stated(ui, "Rotate", &mut keyframe.rotate, still, |ui, turn| {
         for (axis, value) in ["x", "y", "z"].iter().zip(&mut turn.axis) {
             number(ui, &format!("Keyframe axis {axis}"), "axis", value);
         }
         number(ui, "Keyframe degrees", "degrees", &mut turn.degrees);
     });
-    stated(ui, "Scale", &mut own.scale, 1.0, |ui, by| {
+    stated(ui, "Scale", &mut keyframe.scale, 1.0, |ui, by| {
         number(ui, "Scale of the keyframe", "scale", by);
     });
     stated(
         ui,
         "Amount of the morph",
-        &mut own.amount,
+        &mut keyframe.amount,
         0.0,
         |ui, amount| {
             ui.add(egui::Slider::new(amount, 0.0..=1.0));
         },
     );
-    stated(ui, "Blend radius", &mut own.blend, 0.0, |ui, blend| {
+    stated(ui, "Blend radius", &mut keyframe.blend, 0.0, |ui, blend| {
         number(ui, "Keyframe blend radius", "blend", blend);
         *blend = blend.max(0.0);
     });

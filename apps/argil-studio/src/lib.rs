@@ -122,14 +122,14 @@ pub fn run(
     share_device(&mut options.wgpu_options.wgpu_setup);
     let begin = move |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
         let engine = engine_of_window(cc.wgpu_render_state.as_ref(), backend)?;
-        let own = Options {
+        let studio_options = Options {
             engine,
             scene,
             outside,
             recovery: dirs::data_local_dir().map(|d| d.join("argil-studio").join("sessions")),
             files: Box::new(files::Native::default()),
         };
-        Ok(Box::new(Studio::new(cc, own)))
+        Ok(Box::new(Studio::new(cc, studio_options)))
     };
     eframe::run_native("argil-studio", options, Box::new(begin))
         .map_err(|error| NoWindow(error.to_string()))

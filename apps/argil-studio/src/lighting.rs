@@ -24,13 +24,13 @@ impl Lighting {
             .id_salt("light")
             .show(ui, |ui| {
                 let before = &session.document.scene().view;
-                let mut own = before.clone();
-                self.lights(ui, &mut own);
-                self.environment(ui, &mut own.environment);
-                self.air_and_lens(ui, &mut own);
-                development(ui, &mut own);
-                if own != *before {
-                    session.change_view(ui, own);
+                let mut view = before.clone();
+                self.lights(ui, &mut view);
+                self.environment(ui, &mut view.environment);
+                self.air_and_lens(ui, &mut view);
+                development(ui, &mut view);
+                if view != *before {
+                    session.change_view(ui, view);
                 }
             });
     }
@@ -74,7 +74,7 @@ impl Lighting {
 
     fn environment(&self, ui: &mut egui::Ui, environment: &mut Environment) {
         let kinds = ["Sky", "Color", "Image"];
-        let kind_of = |own: &Environment| match own {
+        let kind_of = |surroundings: &Environment| match surroundings {
             Environment::Sky => 0,
             Environment::Color { .. } => 1,
             Environment::Image { .. } => 2,
@@ -82,8 +82,8 @@ impl Lighting {
         let mut kind = kind_of(environment);
         ui.horizontal(|ui| {
             ui.label("Surroundings");
-            choice(ui, "Surroundings", &mut kind, 0..3, |&own| {
-                kinds[own].into()
+            choice(ui, "Surroundings", &mut kind, 0..3, |&index| {
+                kinds[index].into()
             });
         });
         if kind != kind_of(environment) {
@@ -143,8 +143,8 @@ fn development(ui: &mut egui::Ui, view: &mut View) {
         });
     });
     let kinds = [AmbientOcclusion::Normal, AmbientOcclusion::BentNormal];
-    let own = &mut view.ambient_occlusion;
-    choice(ui, "Ambient occlusion", own, kinds, |kind| {
+    let occlusion = &mut view.ambient_occlusion;
+    choice(ui, "Ambient occlusion", occlusion, kinds, |kind| {
         let word = match kind {
             AmbientOcclusion::Normal => "Along normals",
             AmbientOcclusion::BentNormal => "Bent normals",

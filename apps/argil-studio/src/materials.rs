@@ -54,36 +54,36 @@ impl Materials {
         name: &str,
         before: Material,
     ) {
-        let mut own = before.clone();
+        let mut edited = before.clone();
         ui.horizontal(|ui| {
             ui.label("Color");
-            ui.color_edit_button_rgb(&mut own.base_color);
+            ui.color_edit_button_rgb(&mut edited.base_color);
         });
         for (label, value) in [
-            ("Roughness", &mut own.roughness),
-            ("Metallic", &mut own.metallic),
+            ("Roughness", &mut edited.roughness),
+            ("Metallic", &mut edited.metallic),
         ] {
             ui.add(egui::Slider::new(value, 0.0..=1.0).text(label));
         }
         ui.horizontal(|ui| {
             ui.label("Emission");
-            for (axis, value) in ["red", "green", "blue"].iter().zip(&mut own.emission) {
+            for (axis, value) in ["red", "green", "blue"].iter().zip(&mut edited.emission) {
                 number(ui, &format!("Emission {axis}"), "amount", value);
                 *value = value.clamp(0.0, 1000.0);
             }
         });
-        transmission(ui, &mut own);
-        textures(&self.docs, ui, &mut own);
-        if own != before {
+        transmission(ui, &mut edited);
+        textures(&self.docs, ui, &mut edited);
+        if edited != before {
             if ui.input(|i| i.pointer.any_down()) && !session.document.is_in_stroke() {
                 session.document.begin_stroke("Change material");
             }
             session.attempt(|s| {
                 let mut scratch = Scene::new();
-                scratch.set_material(name, own)?;
+                scratch.set_material(name, edited)?;
                 s.load_images(&mut scratch)?;
-                let own = scratch.materials().get(name).cloned();
-                s.document.set_material("Change material", name, own)
+                let checked = scratch.materials().get(name).cloned();
+                s.document.set_material("Change material", name, checked)
             });
         }
         if !session.document.selection.is_empty() && ui.button("Assign to selection").clicked() {
@@ -102,7 +102,7 @@ impl Materials {
     }
 
     pub(crate) fn material_name(&mut self, session: &mut Session, ui: &mut egui::Ui, name: &str) {
-        let being_typed = self.naming.take_if(|(own, _)| own == name);
+        let being_typed = self.naming.take_if(|(typed, _)| typed == name);
         let mut text = being_typed.map_or_else(|| name.to_owned(), |(_, text)| text);
         let response = ui.horizontal(|ui| {
             let label = ui.label("Name");
@@ -126,15 +126,15 @@ impl Materials {
 }
 
 /// Shows what stills need of glass.
-fn transmission(ui: &mut egui::Ui, own: &mut Material) {
-    let slider = egui::Slider::new(&mut own.transmission, 0.0..=1.0);
+fn transmission(ui: &mut egui::Ui, material: &mut Material) {
+    let slider = egui::Slider::new(&mut material.transmission, 0.0..=1.0);
     ui.add(slider.text("Transmission"));
-    if own.transmission > 0.0 {
-        let slider = egui::Slider::new(&mut own.refractive_index, 1.0..=4.0);
+    if material.transmission > 0.0 {
+        let slider = egui::Slider::new(&mut material.refractive_index, 1.0..=4.0);
         ui.add(slider.text("Index of refraction"));
         ui.horizontal(|ui| {
             ui.label("Attenuation distance");
-            let distance = &mut own.attenuation_distance;
+            let distance = &mut material.attenuation_distance;
             number(ui, "Attenuation distance", "distance", distance);
             *distance = distance.max(0.0);
         });
@@ -149,6 +149,6 @@ pub(crate) fn material_choice(
     value: &mut Option<String>,
 ) {
     let known = document.scene().materials().keys().cloned().map(Some);
-    let word = |own: &Option<String>| own.clone().unwrap_or_else(|| "–".into());
+    let word = |material: &Option<String>| material.clone().unwrap_or_else(|| "–".into());
     choice(ui, name, value, std::iter::once(None).chain(known), word);
 }

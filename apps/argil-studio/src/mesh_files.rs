@@ -29,15 +29,17 @@ pub(crate) fn nothing(path: &str) -> Arc<SampledGrid> {
 
 /// Returns the default resolution: samples of a mesh, or posts of a heightmap, along the longest side.
 pub(crate) fn usual_resolution(path: &str) -> u32 {
-    Shape::from_file(path).file().map_or(64, |(_, own, _)| own)
+    Shape::from_file(path)
+        .file()
+        .map_or(64, |(_, usual, _)| usual)
 }
 
 /// Creates a scene of one brush.
 pub(crate) fn scene_of((path, resolution): &Named) -> anyhow::Result<Scene> {
     let mut scene = Scene::new();
     let mut shape = Shape::from_file(path.clone());
-    if let Some((_, own, _)) = shape.file_mut() {
-        *own = *resolution;
+    if let Some((_, voxels, _)) = shape.file_mut() {
+        *voxels = *resolution;
     }
     scene.push(Brush::new(shape))?;
     Ok(scene)
@@ -69,19 +71,19 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 
 /// Returns a brush's shape with another file. Its size stays the same if the kind is the same.
 pub(crate) fn other_file(before: &NodeKind, mesh: &LoadedMesh) -> Shape {
-    let own = mesh.shape();
+    let shape = mesh.shape();
     let NodeKind::Shape(before) = before else {
-        return own;
+        return shape;
     };
     let mut kept = before.clone();
-    match (kept.file_mut(), own.file()) {
+    match (kept.file_mut(), shape.file()) {
         (Some((path, resolution, grid)), Some((to, size, loaded)))
             if is_image(path) == is_image(to) =>
         {
             (*path, *resolution, *grid) = (to.to_owned(), size, loaded.clone());
             kept
         }
-        _ => own,
+        _ => shape,
     }
 }
 

@@ -42,9 +42,9 @@ impl NodeTransform {
     /// Combines a node's keyframes at the current time with the transforms of its groups, and skips modifiers of
     /// other kinds.
     pub(crate) fn around(scene: &Scene, node: NodeId) -> Self {
-        let own = scene.node(node);
-        let mut pose = Self::behind(own.at_current_time(), own.desc().modifiers.len());
-        let mut at = own.parent();
+        let placed = scene.node(node);
+        let mut pose = Self::behind(placed.at_current_time(), placed.desc().modifiers.len());
+        let mut at = placed.parent();
         while let Some(group) = at {
             for modifier in &scene.node(group).at_current_time().modifiers {
                 pose.then(modifier);
@@ -175,8 +175,8 @@ mod tests {
         let brush = scene.push(entry).expect("a brush").node;
         for (time, x) in [(0.0, 2.0), (0.5, 4.0), (1.0, 6.0)] {
             scene.set_time(time);
-            let own = NodeTransform::of(scene.node(brush).desc());
-            let all = own.and(&NodeTransform::around(&scene, brush));
+            let inner = NodeTransform::of(scene.node(brush).desc());
+            let all = inner.and(&NodeTransform::around(&scene, brush));
             assert!(
                 (all.shift - DVec3::new(x, 0.0, 0.0)).length() < 1e-6,
                 "{time}"
@@ -194,9 +194,9 @@ mod tests {
         let brush = Brush::new(Shape::sphere(1.0)).at([1.0, 0.0, 0.0]);
         let brush = scene.push_into(group, brush).expect("a brush").node;
         let outer = NodeTransform::around(&scene, brush);
-        let own = NodeTransform::of(scene.node(brush).desc());
-        let all = own.and(&outer);
+        let inner = NodeTransform::of(scene.node(brush).desc());
+        let all = inner.and(&outer);
         assert!((all.shift - DVec3::new(5.0, 1.0, 0.0)).length() < 1e-6);
-        assert!((all.within(&outer).shift - own.shift).length() < 1e-9);
+        assert!((all.within(&outer).shift - inner.shift).length() < 1e-9);
     }
 }

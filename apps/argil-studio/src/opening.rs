@@ -147,10 +147,10 @@ impl Session {
         let stem = path.file_stem().unwrap_or_default();
         let aim = JobTarget::New(stem.to_string_lossy().into_owned());
         let job = format!("Importing {}", path.display());
-        let own = self.document.id();
+        let document = self.document.id();
         let resolution = usual_resolution(&named);
         self.jobs
-            .load(job, vec![(named, resolution)], load, (own, aim));
+            .load(job, vec![(named, resolution)], load, (document, aim));
         Ok(())
     }
 
@@ -179,8 +179,8 @@ impl Session {
         let Some(path) = self.ask(what, &format!("{stem}.{ending}")) else {
             return;
         };
-        let own = path.extension().unwrap_or_default().to_string_lossy();
-        if !endings.is_empty() && !endings.contains(&own.to_ascii_lowercase().as_str()) {
+        let given = path.extension().unwrap_or_default().to_string_lossy();
+        if !endings.is_empty() && !endings.contains(&given.to_ascii_lowercase().as_str()) {
             let known = endings.join(", .");
             let path = path.display();
             return self.fail(&anyhow::anyhow!("{path}: the name must end in .{known}"));

@@ -70,13 +70,13 @@ impl Outliner {
             scene: &Scene,
             group: NodeId,
             depth: usize,
-            own: &Outliner,
+            outliner: &Outliner,
             out: &mut Vec<OutlinerRow>,
         ) {
             for &node in scene.node(group).children() {
                 out.push(OutlinerRow { node, depth });
-                if !own.collapsed.contains(&node) {
-                    within(scene, node, depth + 1, own, out);
+                if !outliner.collapsed.contains(&node) {
+                    within(scene, node, depth + 1, outliner, out);
                 }
             }
         }
@@ -366,15 +366,15 @@ fn drop_at(
         let (parent, mut index) = match place {
             DropTarget::Into => (target, scene.node(target).children().len()),
             DropTarget::Before | DropTarget::After => {
-                let own = scene.node(around).children();
-                let at = own.iter().position(|&n| n == target).unwrap_or(0);
+                let siblings = scene.node(around).children();
+                let at = siblings.iter().position(|&n| n == target).unwrap_or(0);
                 let behind = usize::from(matches!(place, DropTarget::After));
                 (around, at + behind * (1 + i))
             }
         };
         // The index does not count the moved node itself.
-        let own = scene.node(parent).children();
-        if let Some(before) = own.iter().position(|&n| n == node)
+        let siblings = scene.node(parent).children();
+        if let Some(before) = siblings.iter().position(|&n| n == node)
             && before < index
         {
             index -= 1;

@@ -224,7 +224,7 @@ fn plain(entry: &NodeDesc) -> NodeDesc {
 }
 
 fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushWorld> {
-    let mut own = Scene::new();
+    let mut reduced = Scene::new();
     let mut parent = Scene::ROOT;
     let mut depth = 0;
     let mut at = scene.node(node).parent();
@@ -234,10 +234,10 @@ fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushW
     }
     // The first is the root, which every scene has.
     for entry in &chain[1..=depth] {
-        parent = own.push_into(parent, entry.clone()).ok()?.node;
+        parent = reduced.push_into(parent, entry.clone()).ok()?.node;
     }
-    copy(scene, node, &mut own, parent);
-    let world = Engine::cpu().build(&own).ok()?.field();
+    copy(scene, node, &mut reduced, parent);
+    let world = Engine::cpu().build(&reduced).ok()?.field();
     Some(SingleBrushWorld {
         world,
         outline: None,
@@ -245,7 +245,7 @@ fn alone(scene: &Scene, node: NodeId, chain: &[NodeDesc]) -> Option<SingleBrushW
 }
 
 /// Copies a group's children with their subtrees.
-fn copy(scene: &Scene, from: NodeId, own: &mut Scene, to: NodeId) {
+fn copy(scene: &Scene, from: NodeId, reduced: &mut Scene, to: NodeId) {
     for &child in scene.node(from).children() {
         let entry = NodeDesc {
             material: None,
@@ -258,8 +258,8 @@ fn copy(scene: &Scene, from: NodeId, own: &mut Scene, to: NodeId) {
         } else {
             entry
         };
-        if let Ok(made) = own.push_into(to, entry) {
-            copy(scene, child, own, made.node);
+        if let Ok(made) = reduced.push_into(to, entry) {
+            copy(scene, child, reduced, made.node);
         }
     }
 }

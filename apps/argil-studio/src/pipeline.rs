@@ -71,7 +71,7 @@ impl Serialize for Pipeline {
 impl<'de> Deserialize<'de> for Pipeline {
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let word = String::deserialize(from)?.to_lowercase();
-        let found = Self::all().find(|own| own.0 == word);
+        let found = Self::all().find(|pipeline| pipeline.0 == word);
         Ok(found.unwrap_or_default())
     }
 }

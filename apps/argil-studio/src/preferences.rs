@@ -139,15 +139,18 @@ mod tests {
 
     #[test]
     fn a_shortcut_belongs_to_one_command() {
-        let mut own = Preferences::default();
+        let mut preferences = Preferences::default();
         let undo = commands::info(Command::Undo);
-        let theirs = own.shortcut(undo).expect("there is one");
-        own.bind(Command::Delete, Some(theirs));
-        assert_eq!(own.shortcut(undo), None);
-        assert_eq!(own.shortcut(commands::info(Command::Delete)), Some(theirs));
+        let theirs = preferences.shortcut(undo).expect("there is one");
+        preferences.bind(Command::Delete, Some(theirs));
+        assert_eq!(preferences.shortcut(undo), None);
+        assert_eq!(
+            preferences.shortcut(commands::info(Command::Delete)),
+            Some(theirs)
+        );
         let other = KeyboardShortcut::new(Modifiers::ALT, Key::U);
-        own.bind(Command::Undo, Some(other));
-        let text = serde_json::to_string(&own).expect("text");
+        preferences.bind(Command::Undo, Some(other));
+        let text = serde_json::to_string(&preferences).expect("text");
         let again: Preferences = serde_json::from_str(&text).expect("the same");
         assert_eq!(again.shortcut(undo), Some(other));
     }

@@ -116,8 +116,8 @@ impl Recovery {
     /// Records that the scene was saved. Earlier edits need no recovery.
     pub fn note_saved(&mut self, path: &Path) {
         self.scene = Some(path.into());
-        self.note(|own, file| {
-            own.write_origin(file)?;
+        self.note(|keeper, file| {
+            keeper.write_origin(file)?;
             std::fs::write(file.with_extension(SAVED), lines_of(file).to_string())
         });
     }

@@ -175,12 +175,12 @@ impl RenderThread {
     ) -> Self {
         let textures = device.clone().map(TexturePool::new);
         let painter = RenderWorker::new(engine.clone(), textures);
-        let own = wake.clone();
+        let wake_window = wake.clone();
         Self {
             engine,
             device,
             is_building: painter.is_building(),
-            place: place::Place::new(painter, move || own()),
+            place: place::Place::new(painter, move || wake_window()),
             wake,
             waiting: None,
         }
@@ -276,7 +276,7 @@ mod tests {
         };
         let mut renderer = RenderThread::new(Engine::cpu(), None, || {});
         renderer.load(&first(), 0, None);
-        let dense = Pipeline::all().find(|own| own.label() == "Dense");
+        let dense = Pipeline::all().find(|known| known.label() == "Dense");
         renderer.draw(request(dense.expect("a dense volume"), 256));
         renderer.abandon(&first(), 0);
         assert!(!renderer.is_busy());

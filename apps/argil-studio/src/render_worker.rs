@@ -202,10 +202,10 @@ impl RenderWorker {
         }
         let (pixels, report) = match &mut self.textures {
             Some(pool) => {
-                let own = pool.take(settings.size)?;
-                let drawn = world.render_into_async(&request.camera, &settings, &own);
+                let textures = pool.take(settings.size)?;
+                let drawn = world.render_into_async(&request.camera, &settings, &textures);
                 let report = drawn.await?;
-                (Pixels::Gpu(own), report)
+                (Pixels::Gpu(textures), report)
             }
             None => {
                 let drawn = world.render_with_distances_async(&request.camera, &settings);
@@ -327,14 +327,14 @@ fn settings(world: &World, request: &RenderRequest) -> RenderSettings {
     } else {
         RenderMode::Normal
     };
-    let own = world.render_settings(request.size, show);
+    let usual = world.render_settings(request.size, show);
     let is_heat = show == RenderMode::Heat;
     RenderSettings {
-        samples: if request.is_still { own.samples } else { 1 },
-        max_steps: own.max_steps.min(if is_heat { 256 } else { u32::MAX }),
+        samples: if request.is_still { usual.samples } else { 1 },
+        max_steps: usual.max_steps.min(if is_heat { 256 } else { u32::MAX }),
         heat_steps: Some(256),
         statistics: request.counts_rays,
-        ..own
+        ..usual
     }
 }
 
@@ -393,20 +393,20 @@ mod tests {
         let mut painter = RenderWorker::new(Engine::cpu(), None);
         painter.refine_ms = 0.1;
         pollster::block_on(painter.load(first(), 0, None));
-        let own = request(Pipeline::default());
+        let look = request(Pipeline::default());
         let last = (0..10_000).find_map(|_| {
-            let answer = pollster::block_on(painter.draw(own.clone()));
+            let answer = pollster::block_on(painter.draw(look.clone()));
             let image = answer.pictures.expect("a picture").remove(0);
             (image.missing == 0).then(|| rgb_of(&image))
         });
         let scene = first();
         let whole = Engine::cpu().build(&scene).expect("a world");
         let mut whole = whole
-            .with_representation(Pipeline::default().via(own.resolution))
+            .with_representation(Pipeline::default().via(look.resolution))
             .expect("levels");
-        let settings = settings(&whole, &own);
-        whole.refine(&own.camera, &settings).expect("levels");
-        let image = whole.render(&own.camera, &settings).expect("a picture");
+        let settings = settings(&whole, &look);
+        whole.refine(&look.camera, &settings).expect("levels");
+        let image = whole.render(&look.camera, &settings).expect("a picture");
         let last = last.expect("an end");
         let apart = last.iter().zip(&image.rgb).filter(|(a, b)| a != b).count();
         // The last few bricks of other samples are missing.

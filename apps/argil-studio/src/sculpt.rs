@@ -150,7 +150,7 @@ impl ViewState {
         let known = session.document.scene().materials();
         self.sculpting
             .material
-            .take_if(|own| !known.contains_key(own));
+            .take_if(|name| !known.contains_key(name));
     }
 
     /// Cancels the current stroke, and ignores the pointer until it is released.

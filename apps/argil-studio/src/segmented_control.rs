@@ -14,9 +14,9 @@ pub(crate) fn choice<T: PartialEq>(
         .width(70.0)
         .selected_text(word(value))
         .show_ui(ui, |ui| {
-            for own in all {
-                let word = word(&own);
-                ui.selectable_value(value, own, word);
+            for option in all {
+                let word = word(&option);
+                ui.selectable_value(value, option, word);
             }
         })
         .response;

@@ -5,8 +5,8 @@ use argil::scene::Shape;
 /// Returns the shape scaled by `factor` along an axis (0, 1 or 2). `None` if it has no parameter for that axis
 /// alone.
 pub(crate) fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape> {
-    let mut own = shape.clone();
-    let length = match &mut own {
+    let mut changed = shape.clone();
+    let length = match &mut changed {
         Shape::Sphere { radius } => {
             let mut radii = [*radius; 3];
             radii[axis] *= factor;
@@ -42,7 +42,7 @@ pub(crate) fn stretched(shape: &Shape, axis: usize, factor: f32) -> Option<Shape
         _ => return None,
     };
     *length *= factor;
-    own.check().is_ok().then_some(own)
+    changed.check().is_ok().then_some(changed)
 }
 
 #[cfg(test)]

@@ -24,13 +24,16 @@ impl TexturePool {
     /// If a side is zero, or exceeds the largest texture of the device.
     pub(crate) fn take(&mut self, size: [u32; 2]) -> Result<Arc<ImageTextures>, GpuError> {
         self.kept
-            .retain(|own| own.size() == size || Arc::strong_count(own) > 1);
-        let mut unused = self.kept.iter().filter(|own| Arc::strong_count(own) == 1);
-        if let Some(own) = unused.find(|own| own.size() == size) {
-            return Ok(own.clone());
+            .retain(|textures| textures.size() == size || Arc::strong_count(textures) > 1);
+        let mut unused = self
+            .kept
+            .iter()
+            .filter(|textures| Arc::strong_count(textures) == 1);
+        if let Some(textures) = unused.find(|textures| textures.size() == size) {
+            return Ok(textures.clone());
         }
-        let own = Arc::new(ImageTextures::new(&self.device, size)?);
-        self.kept.push(own.clone());
-        Ok(own)
+        let textures = Arc::new(ImageTextures::new(&self.device, size)?);
+        self.kept.push(textures.clone());
+        Ok(textures)
     }
 }

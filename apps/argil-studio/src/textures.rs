@@ -10,18 +10,18 @@ use eframe::egui;
 
 /// Shows the textures of a material, to add, change and remove.
 pub(crate) fn textures(docs: &Docs, ui: &mut egui::Ui, material: &mut Material) {
-    let mut own = material.textures.take().unwrap_or_default();
+    let mut edited = material.textures.take().unwrap_or_default();
     egui::CollapsingHeader::new("Textures").show(ui, |ui| {
-        color(docs, ui, &mut own.base_color);
+        color(docs, ui, &mut edited.base_color);
         for (name, texture, high) in [
-            ("Roughness texture", &mut own.roughness, 1.0),
-            ("Metallic texture", &mut own.metallic, 1.0),
-            ("Bump texture", &mut own.bump, 0.02),
+            ("Roughness texture", &mut edited.roughness, 1.0),
+            ("Metallic texture", &mut edited.metallic, 1.0),
+            ("Bump texture", &mut edited.bump, 0.02),
         ] {
             value(docs, ui, name, texture, high);
         }
     });
-    material.textures = (!own.is_empty()).then_some(own);
+    material.textures = (!edited.is_empty()).then_some(edited);
 }
 
 fn color(docs: &Docs, ui: &mut egui::Ui, texture: &mut Option<ColorTexture>) {
@@ -29,16 +29,22 @@ fn color(docs: &Docs, ui: &mut egui::Ui, texture: &mut Option<ColorTexture>) {
     if ui.checkbox(&mut is_there, "Color texture").changed() {
         *texture = is_there.then(ColorTexture::default);
     }
-    let Some(own) = texture else { return };
+    let Some(texture) = texture else { return };
     ui.push_id("color", |ui| {
-        pattern(docs, ui, "Color texture", &mut own.pattern, &mut own.space);
+        pattern(
+            docs,
+            ui,
+            "Color texture",
+            &mut texture.pattern,
+            &mut texture.space,
+        );
         ui.horizontal(|ui| {
             ui.label("From");
-            ui.color_edit_button_rgb(&mut own.low);
+            ui.color_edit_button_rgb(&mut texture.low);
             ui.label("to");
-            ui.color_edit_button_rgb(&mut own.high);
+            ui.color_edit_button_rgb(&mut texture.high);
         });
-        size(ui, &mut own.size);
+        size(ui, &mut texture.size);
     });
 }
 
@@ -56,16 +62,16 @@ fn value(
             ..ValueTexture::default()
         });
     }
-    let Some(own) = texture else { return };
+    let Some(texture) = texture else { return };
     ui.push_id(name, |ui| {
-        pattern(docs, ui, name, &mut own.pattern, &mut own.space);
+        pattern(docs, ui, name, &mut texture.pattern, &mut texture.space);
         ui.horizontal(|ui| {
             ui.label("From");
-            crate::values::number(ui, &format!("{name} from"), "low", &mut own.low);
+            crate::values::number(ui, &format!("{name} from"), "low", &mut texture.low);
             ui.label("to");
-            crate::values::number(ui, &format!("{name} to"), "high", &mut own.high);
+            crate::values::number(ui, &format!("{name} to"), "high", &mut texture.high);
         });
-        size(ui, &mut own.size);
+        size(ui, &mut texture.size);
     });
 }
 
@@ -97,10 +103,10 @@ fn pattern(
     docs: &Docs,
     ui: &mut egui::Ui,
     name: &str,
-    own: &mut Pattern,
+    edited: &mut Pattern,
     space: &mut TextureSpace,
 ) {
-    let mut index = pattern_index(own);
+    let mut index = pattern_index(edited);
     ui.horizontal(|ui| {
         let all = 0..PATTERNS.len();
         choice(ui, name, &mut index, all, |&index| PATTERNS[index].into());
@@ -113,8 +119,8 @@ fn pattern(
             word.into()
         });
     });
-    if index != pattern_index(own) {
-        *own = match index {
+    if index != pattern_index(edited) {
+        *edited = match index {
             0 => Pattern::Checker,
             1 => Pattern::Stripes,
             2 => Pattern::Noise { octaves: 4 },
@@ -128,12 +134,12 @@ fn pattern(
             },
         };
     }
-    if let Pattern::Image { mapping, .. } = own {
+    if let Pattern::Image { mapping, .. } = edited {
         let all = [Mapping::Biplanar, Mapping::Triplanar];
         choice(ui, &format!("{name} mapping"), mapping, all, |mapping| {
             format!("{mapping:?}")
         });
     }
     let kind = PATTERNS[index].to_lowercase();
-    edit_fields(ui, name, own, |key| docs.of("Pattern", &kind, key));
+    edit_fields(ui, name, edited, |key| docs.of("Pattern", &kind, key));
 }

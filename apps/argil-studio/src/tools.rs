@@ -44,13 +44,13 @@ impl ViewState {
                 }
                 ui.toggle_value(&mut session.preferences.snap, "Snap");
                 if session.preferences.snap {
-                    let own = &mut session.preferences;
-                    let length = egui::DragValue::new(&mut own.snap_length)
+                    let preferences = &mut session.preferences;
+                    let length = egui::DragValue::new(&mut preferences.snap_length)
                         .range(1e-4..=1e3)
                         .speed(0.01)
                         .suffix(" u");
                     named(ui.add(length), "Snap length");
-                    let degrees = egui::DragValue::new(&mut own.snap_degrees)
+                    let degrees = egui::DragValue::new(&mut preferences.snap_degrees)
                         .range(0.1..=180.0)
                         .suffix("°");
                     named(ui.add(degrees), "Snap degrees");
@@ -92,9 +92,9 @@ impl ViewState {
     }
 
     pub(crate) fn resolution(&mut self, session: &mut Session, ui: &mut egui::Ui) {
-        let own = &mut session.preferences.resolution;
+        let voxels = &mut session.preferences.resolution;
         let all = [32, 64, 128, 192, 256, 384, 512];
-        choice(ui, "Resolution", own, all, |n| format!("{n} voxels"))
+        choice(ui, "Resolution", voxels, all, |n| format!("{n} voxels"))
             .on_hover_text("Voxels along the longest side");
     }
 

@@ -31,12 +31,12 @@ impl TracedStill {
         request: &RenderRequest,
     ) -> anyhow::Result<&'a Self> {
         let before = place.take();
-        let own = match before {
-            Some(own) if own.version == version && own.request == *request => own,
+        let traced = match before {
+            Some(traced) if traced.version == version && traced.request == *request => traced,
             before => {
-                let known = before.filter(|own| own.version == version);
+                let known = before.filter(|traced| traced.version == version);
                 let world = match known {
-                    Some(own) => own.world,
+                    Some(traced) => traced.world,
                     None => Engine::cpu().build(scene)?.field(),
                 };
                 Self {
@@ -48,9 +48,9 @@ impl TracedStill {
                 }
             }
         };
-        let own = place.insert(own);
-        own.refine()?;
-        Ok(own)
+        let traced = place.insert(traced);
+        traced.refine()?;
+        Ok(traced)
     }
 
     fn refine(&mut self) -> anyhow::Result<()> {

@@ -81,10 +81,10 @@ fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool
             changed
         }
         Value::Number(n) => {
-            let mut own = n.as_f64().unwrap_or(0.0) as f32;
-            let changed = number(ui, name, key, &mut own);
+            let mut single = n.as_f64().unwrap_or(0.0) as f32;
+            let changed = number(ui, name, key, &mut single);
             if changed {
-                *value = own.into();
+                *value = single.into();
             }
             changed
         }
@@ -93,10 +93,10 @@ fn value_ui(ui: &mut egui::Ui, name: &str, key: &str, value: &mut Value) -> bool
             let mut changed = false;
             let is_flat = all.iter().all(|v| !v.is_array() && !v.is_object());
             let mut each = |ui: &mut egui::Ui| {
-                for (i, own) in all.iter_mut().enumerate() {
+                for (i, entry) in all.iter_mut().enumerate() {
                     let axis = axes.get(i).copied().unwrap_or("");
                     let name = format!("{name} {axis}");
-                    changed |= ui.push_id(i, |ui| value_ui(ui, &name, key, own)).inner;
+                    changed |= ui.push_id(i, |ui| value_ui(ui, &name, key, entry)).inner;
                 }
             };
             if is_flat {

@@ -248,8 +248,9 @@ impl ViewState {
     }
 
     pub(crate) fn ray_at(&self, rect: Rect, at: Pos2) -> [Vec3; 2] {
-        let own = at - rect.min;
-        self.eye.ray(Vec2::new(own.x, own.y), self.pictures.size)
+        let in_view = at - rect.min;
+        self.eye
+            .ray(Vec2::new(in_view.x, in_view.y), self.pictures.size)
     }
 
     pub(crate) fn picked(&mut self, session: &mut Session, rect: Rect, at: Pos2) -> Option<Picked> {

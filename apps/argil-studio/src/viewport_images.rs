@@ -54,8 +54,8 @@ pub(crate) const MAX_OUTLINED: usize = 12;
 impl ViewportImages {
     /// Creates what is shown in a window, if there is one: nothing yet.
     pub(crate) fn in_window(window: Option<&RenderState>) -> Self {
-        let renderer = window.map(|own| {
-            let renderer = ViewportRenderer::new(own);
+        let renderer = window.map(|state| {
+            let renderer = ViewportRenderer::new(state);
             let pool = renderer.pool();
             (Arc::new(renderer), pool)
         });

@@ -159,11 +159,11 @@ impl ViewportRenderer {
         let mut textures = Vec::new();
         for image in images {
             textures.push(match &image.pixels {
-                Pixels::Gpu(own) => own.clone(),
+                Pixels::Gpu(textures_of_image) => textures_of_image.clone(),
                 Pixels::Cpu { rgb, lengths } => {
-                    let own = pool.take(image.size)?;
-                    self.upload(&own, rgb, lengths);
-                    own
+                    let uploaded = pool.take(image.size)?;
+                    self.upload(&uploaded, rgb, lengths);
+                    uploaded
                 }
             });
         }
@@ -173,10 +173,10 @@ impl ViewportRenderer {
         let all = [first.clone(), second.clone()];
         let colors = all
             .each_ref()
-            .map(|own| own.color().create_view(&Default::default()));
+            .map(|texture| texture.color().create_view(&Default::default()));
         let distances = all
             .each_ref()
-            .map(|own| own.distance().create_view(&Default::default()));
+            .map(|image| image.distance().create_view(&Default::default()));
         let mut resources = vec![
             self.view.as_entire_binding(),
             wgpu::BindingResource::Sampler(&self.sampler),
@@ -310,10 +310,10 @@ impl CallbackTrait for ViewportPaint {
         _: &mut wgpu::CommandEncoder,
         _: &mut CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        let own = &self.renderer;
+        let renderer = &self.renderer;
         let view = self.uniform(screen.pixels_per_point);
-        queue.write_buffer(&own.view, 0, bytemuck::bytes_of(&view));
-        queue.write_buffer(&own.lines, 0, bytemuck::cast_slice(self.shown_lines()));
+        queue.write_buffer(&renderer.view, 0, bytemuck::bytes_of(&view));
+        queue.write_buffer(&renderer.lines, 0, bytemuck::cast_slice(self.shown_lines()));
         Vec::new()
     }
 
@@ -323,12 +323,12 @@ impl CallbackTrait for ViewportPaint {
         pass: &mut wgpu::RenderPass<'static>,
         _: &CallbackResources,
     ) {
-        let own = &self.renderer;
+        let renderer = &self.renderer;
         pass.set_bind_group(0, &self.shown.group, &[]);
-        pass.set_pipeline(&own.image);
+        pass.set_pipeline(&renderer.image);
         pass.draw(0..3, 0..1);
-        pass.set_pipeline(&own.grid);
-        pass.set_vertex_buffer(0, own.lines.slice(..));
+        pass.set_pipeline(&renderer.grid);
+        pass.set_vertex_buffer(0, renderer.lines.slice(..));
         pass.draw(0..4, 0..self.shown_lines().len() as u32);
     }
 }

@@ -30,14 +30,14 @@ pub async fn start(canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         cc.egui_ctx.add_plugin(Places);
         let ctx = cc.egui_ctx.clone();
         let engine = engine_of_window(cc.wgpu_render_state.as_ref(), Backend::Gpu)?;
-        let own = Options {
+        let studio_options = Options {
             engine,
             scene: None,
             outside: false,
             recovery: None,
             files: Box::new(Browser { ctx }),
         };
-        Ok(Box::new(Studio::new(cc, own)) as Box<dyn eframe::App>)
+        Ok(Box::new(Studio::new(cc, studio_options)) as Box<dyn eframe::App>)
     };
     let mut options = eframe::WebOptions::default();
     share_device(&mut options.wgpu_options.wgpu_setup);
@@ -110,8 +110,8 @@ impl egui::Plugin for Places {
                 let is_text = node.role() == egui::accesskit::Role::Label;
                 let label = node.label().or(node.value());
                 if let (Some(label), Some(place), false) = (label, node.bounds(), is_text) {
-                    let own = [place.x0, place.y0, place.width(), place.height()];
-                    let points = own.map(|v| (v / pixels) as f32);
+                    let bounds = [place.x0, place.y0, place.width(), place.height()];
+                    let points = bounds.map(|v| (v / pixels) as f32);
                     places.entry(label.to_owned()).or_insert(points);
                 }
             }

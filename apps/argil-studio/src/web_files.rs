@@ -30,7 +30,7 @@ impl Session {
             let is_missing = |name: &str| missing.iter().any(|(path, _)| is_file(path, name));
             let meshes: Vec<NamedBytes> = meshes
                 .into_iter()
-                .map(|own| s.document.own_name(own))
+                .map(|given_name| s.document.own_name(given_name))
                 .collect();
             for given in &meshes {
                 s.attempt(|_| crate::local_storage::keep_mesh(given));
@@ -90,7 +90,7 @@ impl Document {
             let is_known = scene.known_mesh_paths().any(|path| is_file(path, name));
             let is_missing = missing.iter().any(|(path, _)| is_file(path, name));
             let is_same =
-                || crate::local_storage::kept_mesh(name).is_some_and(|(_, own)| own == bytes);
+                || crate::local_storage::kept_mesh(name).is_some_and(|(_, stored)| stored == bytes);
             !is_known || is_missing || is_same()
         };
         let path = Path::new(&name);

@@ -8,10 +8,10 @@ use std::sync::Arc;
 /// Has a window open a device that can be the engine's too, where the adapter allows that.
 pub fn share_device(setup: &mut WgpuSetup) {
     use argil::gpu::wgpu;
-    if let WgpuSetup::CreateNew(own) = setup {
-        own.power_preference = wgpu::PowerPreference::HighPerformance;
-        let plain = own.device_descriptor.clone();
-        own.device_descriptor = Arc::new(move |adapter| {
+    if let WgpuSetup::CreateNew(options) = setup {
+        options.power_preference = wgpu::PowerPreference::HighPerformance;
+        let plain = options.device_descriptor.clone();
+        options.device_descriptor = Arc::new(move |adapter| {
             let mut descriptor = plain(adapter);
             if adapter.get_info().backend != wgpu::Backend::Gl {
                 descriptor.required_features |= adapter.features() & Gpu::wished_features();
@@ -47,9 +47,9 @@ pub fn engine_of_window(
     match backend {
         Backend::Gpu => Ok(shared()?),
         Backend::Auto => {
-            let own = shared().ok();
+            let of_window = shared().ok();
             let is_real = |engine: &Engine| engine.gpu_kind().is_some_and(|k| k.is_real_gpu());
-            Ok(own.filter(is_real).unwrap_or_else(Engine::cpu))
+            Ok(of_window.filter(is_real).unwrap_or_else(Engine::cpu))
         }
         _ => Ok(Engine::cpu()),
     }

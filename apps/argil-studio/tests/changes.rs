@@ -185,12 +185,15 @@ fn keyframes_are_added_and_looked_at() {
     desk.click("Add Sphere");
     desk.click("Add keyframe");
     desk.click("Add keyframe");
-    let own = entries(&desk).remove(0).keyframes;
-    assert_eq!(own.iter().map(|k| k.time).collect::<Vec<_>>(), [0.0, 1.0]);
+    let keyframes = entries(&desk).remove(0).keyframes;
+    assert_eq!(
+        keyframes.iter().map(|k| k.time).collect::<Vec<_>>(),
+        [0.0, 1.0]
+    );
     let value = desk.place_of("Keyframe translate x");
     desk.drag(value, value + Vec2::new(60.0, 0.0), Modifiers::NONE);
-    let own = entries(&desk).remove(0).keyframes;
-    let far = own[0].translate.expect("a place")[0];
+    let keyframes = entries(&desk).remove(0).keyframes;
+    let far = keyframes[0].translate.expect("a place")[0];
     assert!(far > 0.05, "{far}");
     desk.settle();
     let (version, ..) = desk.studio().shown().expect("a picture");

@@ -463,7 +463,7 @@ fn a_crash_after_a_save_restores_later_work() {
     // What was saved is left as by another process, which is gone.
     let crash = || {
         let files = std::fs::read_dir(&sessions).expect("a folder").flatten();
-        let own = files
+        let journal = files
             .map(|file| file.path())
             .find(|path| {
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -472,7 +472,8 @@ fn a_crash_after_a_save_restores_later_work() {
             .expect("a journal");
         let other = sessions.join("4294967294-1");
         for ending in ["journal", "origin", "saved"] {
-            let copied = std::fs::copy(own.with_extension(ending), other.with_extension(ending));
+            let copied =
+                std::fs::copy(journal.with_extension(ending), other.with_extension(ending));
             copied.expect("a copy");
         }
     };

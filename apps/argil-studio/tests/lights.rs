@@ -40,11 +40,11 @@ fn a_material_gets_a_texture() {
     desk.click("Textures");
     desk.click("Color texture");
     let textures = |desk: &Desk| {
-        let own = desk.scene().materials().get("material 1").cloned();
-        own.and_then(|own| own.textures)
+        let material = desk.scene().materials().get("material 1").cloned();
+        material.and_then(|material| material.textures)
     };
-    let own = textures(&desk).expect("textures");
-    let color = own.base_color.expect("a color texture");
+    let edited = textures(&desk).expect("textures");
+    let color = edited.base_color.expect("a color texture");
     assert_eq!(color.pattern, Pattern::Checker);
     desk.settle();
     desk.press(Modifiers::COMMAND, Key::Z);

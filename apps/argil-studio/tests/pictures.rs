@@ -29,21 +29,21 @@ fn picture(desk: &mut Desk) -> RgbImage {
 }
 
 fn looks_as_before(desk: &mut Desk, name: &str) {
-    let own = picture(desk);
+    let shown = picture(desk);
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("tests/pictures")
         .join(format!("{name}.png"));
     if std::env::var_os("UPDATE_PICTURES").is_some() {
-        own.save(&file).expect("a file");
+        shown.save(&file).expect("a file");
     }
     let before = image::open(&file).expect("a picture").to_rgb8();
-    let seen = flip(&measured(&before), &measured(&own), PIXELS_PER_DEGREE)
+    let seen = flip(&measured(&before), &measured(&shown), PIXELS_PER_DEGREE)
         .expect("one size")
         .mean();
     if seen > 0.01 {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
         let found = folder.join(format!("{name}.png"));
-        own.save(&found).expect("a file");
+        shown.save(&found).expect("a file");
         panic!("{name}: FLIP {seen:.4}, see {}", found.display());
     }
 }
@@ -52,9 +52,9 @@ fn is_other(desk: &mut Desk, name: &str) {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("tests/pictures")
         .join(format!("{name}.png"));
-    let own = picture(desk);
+    let shown = picture(desk);
     let before = image::open(&file).expect("a picture").to_rgb8();
-    let seen = flip(&measured(&before), &measured(&own), PIXELS_PER_DEGREE)
+    let seen = flip(&measured(&before), &measured(&shown), PIXELS_PER_DEGREE)
         .expect("one size")
         .mean();
     assert!(seen > 0.01, "{seen}");
@@ -120,6 +120,6 @@ fn bricks_are_seen_from_above() {
     looks_as_before(&mut desk, "top");
 }
 
-fn measured(own: &RgbImage) -> Rgb8Image {
-    Rgb8Image::new(own.dimensions().into(), own.as_raw().clone()).expect("a picture")
+fn measured(picture: &RgbImage) -> Rgb8Image {
+    Rgb8Image::new(picture.dimensions().into(), picture.as_raw().clone()).expect("a picture")
 }

@@ -11,10 +11,10 @@ use pyo3::prelude::*;
 /// # Errors
 /// TypeError or ValueError if it has not.
 pub fn points(array: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; 3]>> {
-    if let Ok(own) = array.cast::<PyArrayDyn<f32>>() {
-        copied(&own.readonly(), |c| c)
-    } else if let Ok(own) = array.cast::<PyArrayDyn<f64>>() {
-        copied(&own.readonly(), |c| c as f32)
+    if let Ok(single) = array.cast::<PyArrayDyn<f32>>() {
+        copied(&single.readonly(), |c| c)
+    } else if let Ok(double) = array.cast::<PyArrayDyn<f64>>() {
+        copied(&double.readonly(), |c| c as f32)
     } else {
         let reason = "points: expected an array of float32 or float64";
         Err(PyTypeError::new_err(reason))

@@ -18,13 +18,15 @@ fn each_chunk(
 ) {
     control.begin("points", points.len() as u64);
     let chunks = out.par_chunks_mut(width * CHUNK);
-    chunks.zip(points.par_chunks(CHUNK)).for_each(|(out, own)| {
-        if control.is_cancelled() {
-            return;
-        }
-        ask(own, out);
-        control.advance(own.len() as u64);
-    });
+    chunks
+        .zip(points.par_chunks(CHUNK))
+        .for_each(|(out, chunk)| {
+            if control.is_cancelled() {
+                return;
+            }
+            ask(chunk, out);
+            control.advance(chunk.len() as u64);
+        });
 }
 
 /// Returns the signed distance of each point.
@@ -51,8 +53,8 @@ pub fn gradients(solid: &Solid, points: &[[f32; 3]], control: &Control) -> Vec<f
         query.gradients(points, &mut found);
         for ((out, (_, gradient)), point) in out.chunks_exact_mut(3).zip(found).zip(points) {
             let is_nan = point.iter().any(|c| c.is_nan());
-            let own = if is_nan { [f32::NAN; 3] } else { gradient };
-            out.copy_from_slice(&python_from_scene(own));
+            let shown = if is_nan { [f32::NAN; 3] } else { gradient };
+            out.copy_from_slice(&python_from_scene(shown));
         }
     });
     all

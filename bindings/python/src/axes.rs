@@ -20,7 +20,7 @@ pub fn box_from_python([low, high]: [[f32; 3]; 2]) -> Aabb {
 }
 
 /// Returns a box of a scene in Python.
-pub fn box_to_python(own: Aabb) -> [[f32; 3]; 2] {
-    let (low, high) = (own.min, own.max);
+pub fn box_to_python(bounds: Aabb) -> [[f32; 3]; 2] {
+    let (low, high) = (bounds.min, bounds.max);
     [[low.x, -high.z, low.y], [high.x, -low.z, high.y]]
 }

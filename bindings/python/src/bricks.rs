@@ -78,7 +78,7 @@ impl Bricks {
             let info =
                 info.ok_or_else(|| SceneError::new_err("these bricks are gone: build them again"))?;
             let grid = info.voxel_grid;
-            let bricks = info.bricks.map_or(0, |own| own.bricks);
+            let bricks = info.bricks.map_or(0, |counted| counted.bricks);
             Ok((grid.voxel_size, bricks, box_to_python(grid.aabb())))
         })?
     }

@@ -28,9 +28,9 @@ fn texts(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
     while let Some(inner) = source {
-        let own = inner.to_string();
-        if !text.contains(&own) {
-            text = format!("{text}: {own}");
+        let message = inner.to_string();
+        if !text.contains(&message) {
+            text = format!("{text}: {message}");
         }
         source = inner.source();
     }
@@ -48,11 +48,11 @@ fn of_system(error: &std::io::Error, text: String) -> PyErr {
 /// Finds the system's error behind another one.
 fn system_error<'a>(error: &'a (dyn std::error::Error + 'static)) -> Option<&'a std::io::Error> {
     let mut at = Some(error);
-    while let Some(own) = at {
-        if let Some(found) = own.downcast_ref() {
+    while let Some(cause) = at {
+        if let Some(found) = cause.downcast_ref() {
             return Some(found);
         }
-        at = own.source();
+        at = cause.source();
     }
     None
 }

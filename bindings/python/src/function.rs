@@ -70,12 +70,12 @@ impl DistanceSampler for PythonFunction<'_> {
         for (point, out) in points.iter().zip(out) {
             let beyond = (*point - self.center).abs() - self.half;
             let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
-            let own = *out * self.inverse_lipschitz;
+            let distance = *out * self.inverse_lipschitz;
             // What is not finite is refused later, which a maximum would hide.
-            *out = if own < of_box && own.is_finite() {
+            *out = if distance < of_box && distance.is_finite() {
                 of_box
-            } else if own.is_finite() {
-                own
+            } else if distance.is_finite() {
+                distance
             } else {
                 f32::NAN
             };

@@ -144,7 +144,7 @@ impl Mesh {
     fn colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let colors = self.triangles.materials.iter();
         let flat: Vec<f32> = colors
-            .flat_map(|own| own.base_roughness[..3].to_vec())
+            .flat_map(|material| material.base_roughness[..3].to_vec())
             .collect();
         rows(py, &flat, 3)
     }

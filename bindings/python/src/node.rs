@@ -149,10 +149,10 @@ impl Node {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::mesh(absolute.to_string_lossy());
             if let Shape::Mesh {
-                resolution: own, ..
+                resolution: voxels, ..
             } = &mut shape
             {
-                *own = resolution;
+                *voxels = resolution;
             }
             shape.check().map_err(ToPython::to_python)?;
             let mut scene = Scene::new();
@@ -221,8 +221,8 @@ impl Node {
         let (scene, loaded) = work::run(py, None, |control| {
             let absolute = std::path::absolute(&path).map_err(ToPython::to_python)?;
             let mut shape = Shape::heightmap(absolute.to_string_lossy(), half_size, height);
-            if let Shape::Heightmap { base: own, .. } = &mut shape {
-                *own = base;
+            if let Shape::Heightmap { base: foot, .. } = &mut shape {
+                *foot = base;
             }
             shape.check().map_err(ToPython::to_python)?;
             let mut scene = Scene::new();
@@ -249,8 +249,8 @@ impl Node {
 
     fn bounds(&self, py: Python<'_>) -> PyResult<Option<Box3>> {
         let solid = self.solid(py)?;
-        let own = work::run(py, None, |_| solid.aabb())?;
-        Ok((!own.is_empty()).then(|| box_to_python(own)))
+        let extent = work::run(py, None, |_| solid.aabb())?;
+        Ok((!extent.is_empty()).then(|| box_to_python(extent)))
     }
 
     /// Returns the finite box to sample, or raises ValueError.
@@ -538,9 +538,9 @@ impl Node {
         let grids = scene.loaded_meshes().into_iter();
         let grids =
             grids.map(|(path, resolution, grid)| (path.to_owned(), resolution, grid.to_bytes()));
-        let mut own = scene.snapshot();
-        own.view.bounds = None;
-        Ok((own.to_json(), grids.collect()))
+        let mut copy = scene.snapshot();
+        copy.view.bounds = None;
+        Ok((copy.to_json(), grids.collect()))
     }
 
     /// Creates a solid from what `to_json` returned.

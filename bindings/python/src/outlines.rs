@@ -85,7 +85,7 @@ pub fn text_outlines(font: &[u8], text: &str) -> PyResult<Vec<Vec<(usize, Path)>
             .with_path_style(PathStyle::HarfBuzz);
         let _ = outlines
             .get(glyph)
-            .map(|own| own.draw(settings, &mut contours));
+            .map(|outline| outline.draw(settings, &mut contours));
         pen += widths.advance_width(glyph).unwrap_or(0.0);
         let border = nonzero_fill(&contours.all).into_iter();
         letters.push(border.map(|path| (path.depth, plain(path.path))).collect());
@@ -110,14 +110,14 @@ fn envelope(
 ) {
     places.clear();
     borders.clear();
-    for (q, &own) in squares.iter().enumerate() {
-        if own == f32::INFINITY {
+    for (q, &square) in squares.iter().enumerate() {
+        if square == f32::INFINITY {
             continue;
         }
         let mut begin = f32::NEG_INFINITY;
         while let Some(&p) = places.last() {
             let (p1, q1) = (p as f32, q as f32);
-            begin = ((own + q1 * q1) - (squares[p] + p1 * p1)) / (2.0 * (q1 - p1));
+            begin = ((square + q1 * q1) - (squares[p] + p1 * p1)) / (2.0 * (q1 - p1));
             if borders.last().is_some_and(|&last| begin <= last) {
                 places.pop();
                 borders.pop();
@@ -208,11 +208,11 @@ pub fn image_profile(
             let sample =
                 |x: f32, y: f32| distances[(low.y + y) as usize * columns + (low.x + x) as usize];
             let along = |y: f32| sample(0.0, y) + (sample(1.0, y) - sample(0.0, y)) * t.x;
-            let own = along(0.0) + (along(1.0) - along(0.0)) * t.y;
+            let distance = along(0.0) + (along(1.0) - along(0.0)) * t.y;
             // Cut off at the image's border.
             let beyond = (at - half + 0.5).abs() - half;
             let of_border = beyond.max(Vec2::ZERO).length() + beyond.max_element().min(0.0);
-            pixel * own.max(of_border)
+            pixel * distance.max(of_border)
         };
         // A layer around z = 0, which the section is taken of.
         let longest = half.max_element() * 2.0 * pixel;

@@ -68,9 +68,9 @@ impl Part {
     /// Divides all distances by the same factor, which is at least the largest so far.
     fn divide_by(&mut self, factor: f32) {
         match self.of_children.take() {
-            Some(own) => {
-                for (child, own) in self.tree.children.iter_mut().zip(own) {
-                    scale_distance(&mut child.desc.modifiers, own / factor);
+            Some(divisors) => {
+                for (child, divisor) in self.tree.children.iter_mut().zip(divisors) {
+                    scale_distance(&mut child.desc.modifiers, divisor / factor);
                 }
             }
             None => scale_distance(&mut self.tree.desc.modifiers, self.divisor / factor),
@@ -138,9 +138,9 @@ impl Part {
             right.tree.desc.operator = operator;
             vec![right.tree]
         };
-        if let Some(own) = &mut self.of_children {
+        if let Some(ours) = &mut self.of_children {
             let theirs = right.of_children.take();
-            own.extend(theirs.unwrap_or_else(|| vec![right.divisor; added.len()]));
+            ours.extend(theirs.unwrap_or_else(|| vec![right.divisor; added.len()]));
         }
         self.tree.children.extend(added);
         self.divisor = factor;

@@ -92,10 +92,10 @@ impl Scene {
 
     fn desc(&self, node: &SceneNode) -> PyResult<NodeDesc> {
         let scene = locked(&self.scene);
-        let own = scene
+        let found = scene
             .get(node.id)
             .filter(|_| scene.iter().any(|id| id == node.id));
-        Ok(own.ok_or_else(|| gone(node))?.desc().clone())
+        Ok(found.ok_or_else(|| gone(node))?.desc().clone())
     }
 
     fn change(
@@ -186,8 +186,8 @@ impl Scene {
         name: Option<String>,
         parent: Option<&SceneNode>,
     ) -> PyResult<SceneNode> {
-        let own = solid.tree().to_scene().map_err(ToPython::to_python)?;
-        let mut nodes = match of_scene(&own) {
+        let added = solid.tree().to_scene().map_err(ToPython::to_python)?;
+        let mut nodes = match of_scene(&added) {
             crate::tree::Tree::Nodes { ref nodes, .. } => nodes.clone(),
             _ => Vec::new(),
         };
@@ -206,7 +206,7 @@ impl Scene {
             tree.desc.name = name;
         }
         let mut scene = locked(&self.scene);
-        for (name, material) in own.materials() {
+        for (name, material) in added.materials() {
             let (name, mut free) = (name.clone(), name.clone());
             let mut index = 1;
             while scene
@@ -381,11 +381,11 @@ impl Scene {
         bounds: Option<Box3>,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Bricks> {
-        let own = self.scene.clone();
+        let shared = self.scene.clone();
         let bounds = bounds.map(box_from_python);
         let world = work::run(py, progress.as_ref(), |control| {
             // The scene itself, whose identity its edits are told by.
-            let mut scene = locked(&own);
+            let mut scene = locked(&shared);
             if let Some(bounds) = bounds {
                 scene.view.bounds = Some([bounds.min.to_array(), bounds.max.to_array()]);
             }

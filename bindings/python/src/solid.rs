@@ -57,13 +57,13 @@ impl Solid {
         control: &Control,
     ) -> Result<World, BuildError> {
         let mut scene = self.scene.snapshot();
-        let own = scene
+        let needed = scene
             .view
             .bounds
             .is_none()
             .then(|| padded(self.aabb()))
-            .filter(|own| own.is_finite());
-        if let Some(bounds) = bounds.or(own) {
+            .filter(|bounds_of_solid| bounds_of_solid.is_finite());
+        if let Some(bounds) = bounds.or(needed) {
             scene.view.bounds = Some([bounds.min.to_array(), bounds.max.to_array()]);
         }
         let engine = Engine::cpu().with_control(control);
@@ -81,8 +81,8 @@ impl Solid {
         if given.is_some() || is_small {
             return Ok(given);
         }
-        let own = self.finite_box(None)?;
-        Ok(Some(own.grown(2.5 * voxel_size)))
+        let bounds = self.finite_box(None)?;
+        Ok(Some(bounds.grown(2.5 * voxel_size)))
     }
 
     /// Returns the box to sample: a given one, or that of the surface.
@@ -93,16 +93,16 @@ impl Solid {
         if let Some(given) = given {
             return Ok(given);
         }
-        let own = self.aabb();
-        if own.is_empty() {
+        let bounds = self.aabb();
+        if bounds.is_empty() {
             return Err("the solid is empty: nothing is inside"
                 .to_owned()
                 .to_python());
         }
-        if own.is_finite() {
-            return Ok(own);
+        if bounds.is_finite() {
+            return Ok(bounds);
         }
-        let endless = |axis: usize| !(own.min[axis].is_finite() && own.max[axis].is_finite());
+        let endless = |axis: usize| !(bounds.min[axis].is_finite() && bounds.max[axis].is_finite());
         // The axes of Python.
         let names = [(0, "x"), (2, "y"), (1, "z")];
         let open: Vec<&str> = names
@@ -201,9 +201,9 @@ fn shrunk(world: &World, mut all: Aabb) -> Aabb {
             for y in 0..counts.y {
                 for x in 0..counts.x {
                     let low = all.min + step * Vec3::new(x as f32, y as f32, z as f32);
-                    let own = Aabb::new(low, low + step);
-                    if may_hold_surface(world, own) {
-                        hull = hull.union(own);
+                    let cell = Aabb::new(low, low + step);
+                    if may_hold_surface(world, cell) {
+                        hull = hull.union(cell);
                     }
                 }
             }

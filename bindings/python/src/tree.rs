@@ -46,8 +46,8 @@ impl Drop for Tree {
         let mut open = Vec::new();
         take_parts(self, &mut open);
         while let Some(part) = open.pop() {
-            if let Ok(mut own) = Arc::try_unwrap(part) {
-                take_parts(&mut own, &mut open);
+            if let Ok(mut tree) = Arc::try_unwrap(part) {
+                take_parts(&mut tree, &mut open);
             }
         }
     }
@@ -88,7 +88,7 @@ struct Materials(Vec<(String, Material)>);
 
 impl Materials {
     fn name_of(&mut self, material: &Material) -> String {
-        if let Some((name, _)) = self.0.iter().find(|(_, own)| own == material) {
+        if let Some((name, _)) = self.0.iter().find(|(_, known)| known == material) {
             return name.clone();
         }
         let name = format!("material {}", self.0.len() + 1);
@@ -98,12 +98,12 @@ impl Materials {
 
     /// Adds a named material. Returns the name under which it is known, if that differs.
     fn take(&mut self, name: &str, material: Material) -> Option<String> {
-        match self.0.iter().find(|(own, _)| own == name) {
+        match self.0.iter().find(|(known, _)| known == name) {
             None => {
                 self.0.push((name.to_owned(), material));
                 None
             }
-            Some((_, own)) if *own == material => None,
+            Some((_, known_material)) if *known_material == material => None,
             Some(_) => Some(self.name_of(&material)),
         }
     }
@@ -248,11 +248,11 @@ fn visit<'a>(
         }
         Tree::Nodes {
             nodes,
-            materials: own,
+            materials: materials_of_nodes,
         } => {
             let mut group: NodeTree = Group::new().into();
             group.children = nodes.clone();
-            let renamed: Vec<(String, String)> = own
+            let renamed: Vec<(String, String)> = materials_of_nodes
                 .iter()
                 .filter_map(|(name, material)| {
                     Some((name.clone(), materials.take(name, material.clone())?))

@@ -169,7 +169,7 @@ pub fn bake_world(
         progress,
         (plan, &folder, external),
         (store, open),
-        |own, control| argil_world::bake(own.plan, own.scene, own.store, shard, control),
+        |job, control| argil_world::bake(job.plan, job.scene, job.store, shard, control),
     )?;
     serde_json::to_string(&done).map_err(|error| PyValueError::new_err(error.to_string()))
 }
@@ -192,7 +192,7 @@ pub fn world_status(
         progress,
         (plan, &folder, external),
         (store, open),
-        |own, control| argil_world::status(own.plan, own.scene, own.store, verify, control),
+        |job, control| argil_world::status(job.plan, job.scene, job.store, verify, control),
     )?;
     let damaged: Vec<String> = found
         .damaged
@@ -227,9 +227,9 @@ pub fn finish_world(
         progress,
         (plan, &folder, external),
         (store, open),
-        |own, control| {
-            argil_world::finish(own.plan, own.scene, own.store, verify, control)?;
-            Ok(own.store.within(own.plan.hash()).place().to_owned())
+        |job, control| {
+            argil_world::finish(job.plan, job.scene, job.store, verify, control)?;
+            Ok(job.store.within(job.plan.hash()).place().to_owned())
         },
     )
 }

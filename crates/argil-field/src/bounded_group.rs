@@ -56,8 +56,8 @@ pub(crate) fn skip_group<R: Real>(
 /// Returns where the group ends that begins at an instruction.
 pub(crate) fn end_of_group(instructions: &[abi::Instruction], begin: usize) -> Option<usize> {
     let mut open = 0;
-    let own = instructions.get(begin..)?.iter();
-    let end = own.take_while(|instr| {
+    let following = instructions.get(begin..)?.iter();
+    let end = following.take_while(|instr| {
         match instr.op {
             abi::OP_PUSH_VALUE => open += 1,
             abi::OP_COMBINE => open -= 1,

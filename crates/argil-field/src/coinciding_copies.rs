@@ -150,7 +150,8 @@ fn near_copies(modifier: &Modifier, content: &Extent) -> Option<(Vec<DAffine3>, 
             let own_from_first = first.own_from_outer();
             let map = |pose: &Pose| own_from_first * pose.own_from_outer().inverse();
             // Equal poses need no comparison, and others are alike.
-            let mut turned: Vec<&Pose> = poses[1..].iter().filter(|own| *own != first).collect();
+            let mut turned: Vec<&Pose> =
+                poses[1..].iter().filter(|other| *other != first).collect();
             turned.dedup();
             turned.truncate(MAX_COPIES);
             Some((turned.into_iter().map(map).collect(), SAME_POSES))

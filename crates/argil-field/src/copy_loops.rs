@@ -43,8 +43,8 @@ pub(crate) fn next<R: Real>(
             && nearer
             && let Some(begin) = r.materials.len().checked_sub(r.properties)
         {
-            for (kept, own) in r.materials[begin..].iter_mut().zip(r.material.iter()) {
-                kept.0[i] = own.0[i];
+            for (kept, lanes) in r.materials[begin..].iter_mut().zip(r.material.iter()) {
+                kept.0[i] = lanes.0[i];
             }
         }
     }
@@ -63,8 +63,8 @@ pub(crate) fn next<R: Real>(
     r.loops.pop();
     r.acc = r.values.pop().unwrap_or_else(|| R::splat(FAR));
     if materials && let Some(begin) = r.materials.len().checked_sub(r.properties) {
-        for (own, kept) in r.material.iter_mut().zip(r.materials.drain(begin..)) {
-            *own = kept;
+        for (carried, kept) in r.material.iter_mut().zip(r.materials.drain(begin..)) {
+            *carried = kept;
         }
     }
     restore_point(r);
@@ -77,13 +77,13 @@ fn is_too_far<R: Real>(r: &InterpreterState<R>, params: &[f32], op: u32, at: usi
     let Some(least) = r.values.last() else {
         return false;
     };
-    let own = at
+    let copy_words = at
         + if op == abi::OP_REPEAT {
             REPEAT_WORDS
         } else {
             RADIAL_WORDS
         };
-    let w: &[f32; COPY_WORDS] = words(params, own);
+    let w: &[f32; COPY_WORDS] = words(params, copy_words);
     let [xs, ys, zs] = &r.point;
     let mut is_near = 0u32;
     for i in lanes_of(r.active) {

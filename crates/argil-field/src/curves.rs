@@ -143,8 +143,8 @@ pub(crate) fn sd_spline_tube<R: Real>(
 ) -> SimdBlock<R> {
     let mut best = [R::constant(1e30); SIMD_BLOCK];
     let pieces = w[1..1 + w[0] as usize * TUBE_WORDS].chunks_exact(TUBE_WORDS);
-    for own in pieces {
-        let held = words(own, 0);
+    for piece in pieces {
+        let held = words(piece, 0);
         let mut concerned = 0u32;
         for i in 0..SIMD_BLOCK {
             let gap = box_distance(xs[i].value(), ys[i].value(), zs[i].value(), held);
@@ -153,7 +153,7 @@ pub(crate) fn sd_spline_tube<R: Real>(
         if concerned == 0 {
             continue;
         }
-        let d = sd_bezier_tube::<R>([xs, ys, zs], &own[6..]);
+        let d = sd_bezier_tube::<R>([xs, ys, zs], &piece[6..]);
         for i in 0..SIMD_BLOCK {
             best[i] = best[i].min(d[i]);
         }

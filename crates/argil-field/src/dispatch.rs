@@ -149,8 +149,8 @@ pub(crate) fn loops(op: u32, words: &[f32]) -> u64 {
 
 /// Returns the name of a shape's WGSL function.
 pub(crate) fn wgsl_function(op: u32) -> &'static str {
-    let own = FUNCTIONS.iter().find(|&&(known, _)| known == op);
-    own.map_or("", |&(_, name)| name)
+    let entry = FUNCTIONS.iter().find(|&&(known, _)| known == op);
+    entry.map_or("", |&(_, name)| name)
 }
 
 /// The most common shapes. Compilers turn a `switch` into a chain of comparisons, so these are compared before it.
@@ -193,7 +193,7 @@ impl Program {
         let mut copies = vec![1u64];
         for instr in &self.instructions {
             let times = copies.last().copied().unwrap_or(1);
-            let own = if instr.op < abi::OP_SHAPES_END {
+            let iterations = if instr.op < abi::OP_SHAPES_END {
                 let words = instr.params + abi::BRUSH_HEADER_WORDS + 6;
                 loops(instr.op, self.params.get(words as usize..).unwrap_or(&[]))
             } else if instr.op == abi::OP_DISPLACE {
@@ -202,9 +202,9 @@ impl Program {
             } else {
                 1
             };
-            total = total.saturating_add(times.saturating_mul(own));
-            if let Some(own) = self.copies_of(instr) {
-                copies.push(times.saturating_mul(own));
+            total = total.saturating_add(times.saturating_mul(iterations));
+            if let Some(count) = self.copies_of(instr) {
+                copies.push(times.saturating_mul(count));
             } else if instr.op == abi::OP_NEXT {
                 copies.pop();
             }

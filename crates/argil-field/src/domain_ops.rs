@@ -17,7 +17,7 @@ pub(crate) const TWIST_WORDS: usize = 9;
 /// Returns candidate `j` of `candidates` around a coordinate's own cell: with two, the own cell and the nearest
 /// neighbor; with more, the same number on each side, nearest first.
 #[inline(always)]
-pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
+pub(crate) fn nearby(nearest: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     let side = if beyond < 0.0 { -j } else { j };
     let away = (0.5 * j + 0.5).floor();
     let is_after = 2.0 * away > j;
@@ -28,7 +28,7 @@ pub(crate) fn nearby(own: f32, beyond: f32, j: f32, candidates: f32) -> f32 {
     } else {
         -away
     };
-    own + offset
+    nearest + offset
 }
 
 /// Returns a coordinate relative to the center of candidate cell `j`.
@@ -37,9 +37,9 @@ pub(crate) fn repeat_axis<R: Real>(p: R, j: f32, w: &[f32; REPEAT_WORDS], axis: 
     let (spacing, offset, low, high, candidates) =
         (w[axis], w[3 + axis], w[6 + axis], w[9 + axis], w[12 + axis]);
     let shifted = p + offset;
-    let own = Real::clamp_to((shifted.value() / spacing + 0.5).floor(), low, high);
+    let nearest = Real::clamp_to((shifted.value() / spacing + 0.5).floor(), low, high);
     let near = Real::clamp_to(
-        nearby(own, shifted.value() - own * spacing, j, candidates),
+        nearby(nearest, shifted.value() - nearest * spacing, j, candidates),
         low,
         high,
     );
@@ -72,10 +72,10 @@ pub(crate) fn rough_atan2(y: f32, x: f32) -> f32 {
 /// Returns x and z rotated back by candidate `j`'s angle.
 #[inline(always)]
 pub(crate) fn radial<R: Real>(x: R, z: R, j: f32, w: &[f32; RADIAL_WORDS]) -> (R, R) {
-    let own = (rough_atan2(z.value(), x.value()) / w[1] + 0.5).floor();
-    let (s, c) = crate::scalar::sin_cos(own * w[1]);
+    let nearest = (rough_atan2(z.value(), x.value()) / w[1] + 0.5).floor();
+    let (s, c) = crate::scalar::sin_cos(nearest * w[1]);
     let across = z.value() * c - x.value() * s;
-    let sector = nearby(own, across, j, w[2]);
+    let sector = nearby(nearest, across, j, w[2]);
     let (s, c) = crate::scalar::sin_cos(sector * w[1]);
     (x * c + z * s, z * c - x * s)
 }
@@ -111,8 +111,8 @@ pub(crate) fn sectors<R: Real>(
         return Sectors::Many;
     }
     let angle = rough_atan2(R::get(zs, 0).value(), R::get(xs, 0).value());
-    let own = (angle / step + 0.5).floor();
-    let (s, c) = crate::scalar::sin_cos(own * step);
+    let nearest = (angle / step + 0.5).floor();
+    let (s, c) = crate::scalar::sin_cos(nearest * step);
     let (sine, cosine) = crate::scalar::sin_cos(half);
     let limit = sine / cosine;
     let mut strays = 0u32;
@@ -125,9 +125,9 @@ pub(crate) fn sectors<R: Real>(
     if strays != 0 {
         Sectors::Many
     } else if candidates > 2.0 || j == 0.0 {
-        Sectors::One(nearby(own, 0.0, j, candidates))
+        Sectors::One(nearby(nearest, 0.0, j, candidates))
     } else {
-        Sectors::Beside(own)
+        Sectors::Beside(nearest)
     }
 }
 
@@ -150,9 +150,9 @@ pub(crate) fn radial_points<R: Real>(
                 R::set(pz, i, z * c - x * s);
             }
         }
-        Sectors::Beside(own) => {
-            let (s, c) = turn(own);
-            let (before, after) = (turn(own - 1.0), turn(own + 1.0));
+        Sectors::Beside(nearest) => {
+            let (s, c) = turn(nearest);
+            let (before, after) = (turn(nearest - 1.0), turn(nearest + 1.0));
             for i in 0..active.min(LANES) {
                 let (x, z) = (R::get(xs, i), R::get(zs, i));
                 let is_before = z.value() * c - x.value() * s < 0.0;

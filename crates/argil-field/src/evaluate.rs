@@ -270,8 +270,8 @@ impl<'a> Evaluator<'a> {
         let first = self.program.materials.appearance(0);
         plain.properties = self.program.materials.properties();
         let carried = plain.material.iter_mut().take(plain.properties);
-        for (lanes, own) in carried.zip(first) {
-            *lanes = f32::splat(own);
+        for (lanes, value) in carried.zip(first) {
+            *lanes = f32::splat(value);
         }
         run_parallel(self.program, instructions, plain, Carried::Materials);
         out.copy_from_slice(&plain.acc.0[..n]);
@@ -282,8 +282,8 @@ impl<'a> Evaluator<'a> {
 /// values.
 #[inline(always)]
 fn load(lanes: &mut F32Lanes, from: &[f32], active: usize) {
-    let (own, rest) = lanes.0[..active].split_at_mut(from.len());
-    own.copy_from_slice(from);
+    let (filled, rest) = lanes.0[..active].split_at_mut(from.len());
+    filled.copy_from_slice(from);
     rest.fill(from.last().copied().unwrap_or(0.0));
 }
 

@@ -181,9 +181,11 @@ impl IncrementalProgram {
     /// Iterates over boxes outside which distances are at least the parts' far length, one for each operand. They may be
     /// infinite.
     pub fn near_boxes(&self) -> impl Iterator<Item = Aabb> {
-        let acts = |own: &&Operand| own.takes_part && own.operator.kind != OperatorKind::Intersect;
+        let acts = |operand: &&Operand| {
+            operand.takes_part && operand.operator.kind != OperatorKind::Intersect
+        };
         let acting = self.operands.values().filter(acts);
-        acting.map(|own| self.index.grown_box(own, &self.groups))
+        acting.map(|operand| self.index.grown_box(operand, &self.groups))
     }
 
     /// Returns the maximum number of instructions of the whole program.
@@ -310,9 +312,9 @@ impl IncrementalProgram {
 
     /// Adds an operand and gives its parameters a place, without changing the index.
     fn insert(&mut self, node: NodeId, mut operand: Operand) {
-        let own = std::mem::take(&mut operand.own_params);
-        let length = own.len() as u32;
-        let at = self.arena.put(&mut self.tables.params, &own);
+        let words = std::mem::take(&mut operand.own_params);
+        let length = words.len() as u32;
+        let at = self.arena.put(&mut self.tables.params, &words);
         for instr in &mut operand.instructions {
             instr.params += at;
         }
@@ -346,13 +348,13 @@ impl IncrementalProgram {
         let parent_of = |group: u32| self.groups.parent_of(group);
         let operator_of = |group: u32| self.groups.operator_of(group);
         let piece_info = |node: &NodeId| {
-            let own = &self.operands[node];
-            own.takes_part.then_some(PieceInfo {
-                group: own.group,
-                operator: own.operator,
-                regularity: own.regularity,
-                extent: own.extent,
-                overshoot: own.overshoot,
+            let operand = &self.operands[node];
+            operand.takes_part.then_some(PieceInfo {
+                group: operand.group,
+                operator: operand.operator,
+                regularity: operand.regularity,
+                extent: operand.extent,
+                overshoot: operand.overshoot,
             })
         };
         let pieces = self.order.values().filter_map(piece_info);

@@ -139,13 +139,13 @@ impl<R: Spare> DerefMut for Loan<R> {
 
 impl<R: Spare> Drop for Loan<R> {
     fn drop(&mut self) {
-        let mut own = self.0.take();
+        let mut state = self.0.take();
         // Do not keep the memory of long lists.
-        if let Some(own) = &mut own {
-            own.marks = Vec::new();
+        if let Some(state) = &mut state {
+            state.marks = Vec::new();
         }
         // A thread that ends has no cache.
-        let _ = R::spare().try_with(|spare| spare.set(own));
+        let _ = R::spare().try_with(|spare| spare.set(state));
     }
 }
 

@@ -17,21 +17,21 @@ impl Program {
     /// Returns what jumping and steep operands can do in a box, for those less than `far` away.
     pub fn jumps_near(&self, region: Aabb, far: f32) -> NearJumps {
         let mut near = NearJumps::NONE;
-        for own in &self.loose {
-            let gap = (own.aabb.min - region.max).max(region.min - own.aabb.max);
+        for region_near in &self.loose {
+            let gap = (region_near.aabb.min - region.max).max(region.min - region_near.aabb.max);
             // NaN, from infinite solids, counts as 0.
             let gap = gap.max(Vec3::ZERO).length();
             let gap = if gap.is_nan() { 0.0 } else { gap };
             if gap >= far {
                 continue;
             }
-            near.lipschitz = near.lipschitz.max(own.lipschitz);
-            if own.slack + own.hidden > 0.0 {
+            near.lipschitz = near.lipschitz.max(region_near.lipschitz);
+            if region_near.slack + region_near.hidden > 0.0 {
                 near = NearJumps {
                     gap: near.gap.min(gap),
-                    slack: near.slack.max(own.slack),
-                    hidden: near.hidden.max(own.hidden),
-                    isolation: near.isolation.min(own.isolation),
+                    slack: near.slack.max(region_near.slack),
+                    hidden: near.hidden.max(region_near.hidden),
+                    isolation: near.isolation.min(region_near.isolation),
                     ..near
                 };
             }
@@ -99,23 +99,26 @@ fn solid_of(
     let (mut bulges, mut blend, mut levels) = (0.0, 0.0f32, 1);
     let (mut overshoot, mut underestimate) = (0.0, 1.0f32);
     let mut last = ROOT;
-    for own in pieces {
+    for piece in pieces {
         let mut count = |operator: Operator| {
             bulges += operator.max_outward_offset();
             blend = blend.max(operator.blend);
         };
-        count(own.operator);
-        if own.group != last {
-            last = own.group;
+        count(piece.operator);
+        if piece.group != last {
+            last = piece.group;
             let mut groups = [ROOT; MAX_OPEN_GROUPS];
-            let groups = chain(own.group, &parent_of, &mut groups);
+            let groups = chain(piece.group, &parent_of, &mut groups);
             groups.iter().for_each(|&group| count(operator_of(group)));
             levels = levels.max(1 + groups.len());
         }
-        overshoot += own.overshoot;
-        underestimate = underestimate.max(own.extent.lipschitz_inverse);
-        if matches!(own.operator.kind, OperatorKind::Union | OperatorKind::Morph) {
-            solid = solid.union(own.extent.aabb);
+        overshoot += piece.overshoot;
+        underestimate = underestimate.max(piece.extent.lipschitz_inverse);
+        if matches!(
+            piece.operator.kind,
+            OperatorKind::Union | OperatorKind::Morph
+        ) {
+            solid = solid.union(piece.extent.aabb);
         }
     }
     let outward = f32::min(bulges, levels as f32 * blend);
@@ -136,8 +139,8 @@ pub(crate) fn loose_of(
     let mut loose = Vec::new();
     let mut walk = PieceWalk::default();
     let mut stack = vec![Later::default()];
-    for own in pieces.iter().rev() {
-        walk.go_to(own.group, &parent_of, |group, enters| {
+    for piece in pieces.iter().rev() {
+        walk.go_to(piece.group, &parent_of, |group, enters| {
             if !enters {
                 stack.pop();
             } else if let Some(outer) = stack.last_mut() {
@@ -146,44 +149,44 @@ pub(crate) fn loose_of(
                 stack.push(inside);
             }
         });
-        if own.operator.kind == OperatorKind::Paint {
+        if piece.operator.kind == OperatorKind::Paint {
             // It changes no distance.
             continue;
         }
         if let Some(later) = stack.last_mut() {
-            later.add(&own.operator);
-            loose.extend(region_of(own, later, all, solid));
+            later.add(&piece.operator);
+            loose.extend(region_of(piece, later, all, solid));
         }
     }
-    if loose.iter().filter(|own| own.lipschitz > 1.0).count() > MAX_STEEP {
+    if loose.iter().filter(|jump| jump.lipschitz > 1.0).count() > MAX_STEEP {
         merge_steep(&mut loose, all.lipschitz);
     }
     loose
 }
 
 /// Returns where a piece's jumps and slope matter, if it has any. `later` are the joints from its own on.
-fn region_of(own: &PieceInfo, later: &Later, all: Regularity, solid: Aabb) -> Option<JumpRegion> {
-    let Regularity { slack, hidden, .. } = own.regularity;
+fn region_of(piece: &PieceInfo, later: &Later, all: Regularity, solid: Aabb) -> Option<JumpRegion> {
+    let Regularity { slack, hidden, .. } = piece.regularity;
     // Open groups are not joined by chamfers.
-    let is_steep = is_chamfer(&own.operator) || own.regularity.lipschitz > 1.0;
+    let is_steep = is_chamfer(&piece.operator) || piece.regularity.lipschitz > 1.0;
     if slack + hidden == 0.0 && !is_steep {
         return None;
     }
     // Chamfers add slopes up.
     let lipschitz = match is_steep && (later.chamfered || later.morphed) {
         true => all.lipschitz,
-        false => own.regularity.lipschitz,
+        false => piece.regularity.lipschitz,
     };
-    let underestimate = own
+    let underestimate = piece
         .regularity
         .underestimate
-        .max(own.extent.lipschitz_inverse);
+        .max(piece.extent.lipschitz_inverse);
     let falls = later.falls();
     // A morph mixes everything. Outside the whole solid's box, the distance is positive all the same.
     let reach = if later.morphed {
         Aabb::ALL
     } else {
-        own.extent.aabb.grown(1.000_1 * underestimate * falls)
+        piece.extent.aabb.grown(1.000_1 * underestimate * falls)
     };
     let aabb = solid.intersection(reach);
     let plain = JumpRegion {
@@ -205,9 +208,9 @@ fn region_of(own: &PieceInfo, later: &Later, all: Regularity, solid: Aabb) -> Op
         let settled = Regularity {
             blends: falls,
             blend: falls,
-            ..own.regularity
+            ..piece.regularity
         }
-        .settled(own.extent.lipschitz_inverse);
+        .settled(piece.extent.lipschitz_inverse);
         JumpRegion {
             slack: settled.slack,
             hidden: settled.hidden,
@@ -220,8 +223,8 @@ fn region_of(own: &PieceInfo, later: &Later, all: Regularity, solid: Aabb) -> Op
 
 /// Replaces the boxes of steep pieces by all of space, which does not depend on where each of them is.
 fn merge_steep(loose: &mut Vec<JumpRegion>, lipschitz: f32) {
-    loose.iter_mut().for_each(|own| own.lipschitz = 1.0);
-    loose.retain(|own| own.slack + own.hidden > 0.0);
+    loose.iter_mut().for_each(|jump| jump.lipschitz = 1.0);
+    loose.retain(|jump| jump.slack + jump.hidden > 0.0);
     loose.push(JumpRegion {
         aabb: Aabb::ALL,
         slack: 0.0,

@@ -27,8 +27,11 @@ impl JumpRegion {
 
     /// Returns the box from such bits.
     pub(crate) fn box_of(bits: &[u32; 10]) -> Aabb {
-        let own = bits.map(f32::from_bits);
-        Aabb::new(Vec3::from_slice(&own[..3]), Vec3::from_slice(&own[3..6]))
+        let coordinates = bits.map(f32::from_bits);
+        Aabb::new(
+            Vec3::from_slice(&coordinates[..3]),
+            Vec3::from_slice(&coordinates[3..6]),
+        )
     }
 }
 

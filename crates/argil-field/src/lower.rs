@@ -97,11 +97,11 @@ impl Program {
         scale: f32,
     ) -> Result<Self, LowerError> {
         let mut lowering = Lowering::of(scene, node, None);
-        let own = lowering.regular[node].scaled(scale);
+        let regularity = lowering.regular[node].scaled(scale);
         lowering.program.magnitude = magnitude(&lowering.extents.node_bounds(node), scale);
-        lowering.set_regularity(own);
+        lowering.set_regularity(regularity);
         let frame = Frame {
-            jump: Some(own.slack + own.hidden),
+            jump: Some(regularity.slack + regularity.hidden),
             ..within
         };
         let entry = scene.node(node).at_current_time();

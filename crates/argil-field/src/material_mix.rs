@@ -28,13 +28,13 @@ pub(crate) fn mix_saved<R: Real>(r: &mut InterpreterState<R>, is_second: bool, w
     let Some(begin) = r.materials.len().checked_sub(r.properties) else {
         return;
     };
-    for (own, saved) in r.material.iter_mut().zip(&r.materials[begin..]) {
+    for (lanes, saved) in r.material.iter_mut().zip(&r.materials[begin..]) {
         for i in lanes_of(r.active) {
-            let (own, saved) = (&mut own.0[i], saved.0[i]);
-            *own = if is_second {
-                saved + (*own - saved) * weights.0[i]
+            let (value, saved) = (&mut lanes.0[i], saved.0[i]);
+            *value = if is_second {
+                saved + (*value - saved) * weights.0[i]
             } else {
-                *own + (saved - *own) * weights.0[i]
+                *value + (saved - *value) * weights.0[i]
             };
         }
     }

@@ -45,13 +45,13 @@ fn extras_of(m: &Material) -> [f32; 4] {
 
 /// Returns the materials of a scene: the default one, and then all by name.
 fn all_of(scene: &Scene) -> impl Iterator<Item = (&str, Option<&Material>)> {
-    let own = scene.materials().iter();
-    std::iter::once(("", None)).chain(own.map(|(name, own)| (name.as_str(), Some(own))))
+    let all = scene.materials().iter();
+    std::iter::once(("", None)).chain(all.map(|(name, material)| (name.as_str(), Some(material))))
 }
 
 fn textures_of(material: Option<&Material>) -> Option<&Textures> {
-    let own = material?.textures.as_deref()?;
-    (!own.is_empty()).then_some(own)
+    let textures = material?.textures.as_deref()?;
+    (!textures.is_empty()).then_some(textures)
 }
 
 /// Returns the place of each material's record in the table, or 0.
@@ -61,9 +61,9 @@ pub(crate) fn texture_places(scene: &Scene) -> Vec<u32> {
         let Some(textures) = textures_of(material) else {
             return 0;
         };
-        let own = next;
+        let first = next;
         next += 1 + 2 * textures.patterns().count() as u32;
-        own
+        first
     };
     all_of(scene).map(place).collect()
 }
@@ -86,11 +86,11 @@ impl MaterialTable {
     /// Returns the properties of a material: base color, roughness, emission, metalness, and its extras.
     #[inline]
     pub(crate) fn appearance(&self, index: usize) -> [f32; 12] {
-        let own = &self.entries[index];
+        let entry = &self.entries[index];
         let extras = self.extras.get(index).copied().unwrap_or(PLAIN);
         let mut all = [0.0; 12];
-        all[..4].copy_from_slice(&own.base_roughness);
-        all[4..8].copy_from_slice(&own.emission_metallic);
+        all[..4].copy_from_slice(&entry.base_roughness);
+        all[4..8].copy_from_slice(&entry.emission_metallic);
         all[8..].copy_from_slice(&extras);
         all
     }
@@ -100,12 +100,13 @@ impl MaterialTable {
         if !self.has_glass && self.bump_step == 0.0 {
             return Vec::new();
         }
-        let own = self.entries.iter().zip(&self.extras);
-        own.map(|(entry, &extras)| GpuMaterial {
-            base_roughness: extras,
-            emission_metallic: [0.0, 0.0, 0.0, entry.emission_metallic[3]],
-        })
-        .collect()
+        let entries = self.entries.iter().zip(&self.extras);
+        entries
+            .map(|(entry, &extras)| GpuMaterial {
+                base_roughness: extras,
+                emission_metallic: [0.0, 0.0, 0.0, entry.emission_metallic[3]],
+            })
+            .collect()
     }
 
     /// Returns how many properties differ between materials, of 8 or 12.
@@ -120,22 +121,23 @@ impl MaterialTable {
     /// If an image is not loaded, or images are too large together.
     pub(crate) fn of(scene: &Scene) -> Result<Self, LowerError> {
         let default = Material::default();
-        let own = |(_, material): (&str, Option<&Material>)| {
+        let words_and_extras = |(_, material): (&str, Option<&Material>)| {
             let material = material.unwrap_or(&default);
             (words_of(material), extras_of(material))
         };
-        let (mut entries, mut extras): (Vec<_>, Vec<_>) = all_of(scene).map(own).unzip();
+        let (mut entries, mut extras): (Vec<_>, Vec<_>) =
+            all_of(scene).map(words_and_extras).unzip();
         let materials = entries.len();
         let places = texture_places(scene);
         let has_textures = places.iter().any(|&place| place != 0);
         let mut bump_step = f32::INFINITY;
         for bump in all_of(scene)
-            .filter_map(|(_, own)| textures_of(own))
-            .filter_map(|own| own.bump.as_ref())
+            .filter_map(|(_, listed)| textures_of(listed))
+            .filter_map(|textures| textures.bump.as_ref())
         {
             bump_step = bump_step.min(BUMP_STEP * bump.size);
         }
-        if extras.iter().all(|own| *own == PLAIN) && bump_step == f32::INFINITY {
+        if extras.iter().all(|extra| *extra == PLAIN) && bump_step == f32::INFINITY {
             extras.clear();
         }
         if has_textures {
@@ -143,9 +145,9 @@ impl MaterialTable {
             words[3] = -1.0;
             let mut images = Images::default();
             for (name, material) in all_of(scene) {
-                if let Some(own) = textures_of(material) {
+                if let Some(textures) = textures_of(material) {
                     let at = materials + words.len() / WORDS;
-                    record(name, own, at, &mut words, &mut images)?;
+                    record(name, textures, at, &mut words, &mut images)?;
                 }
             }
             images.write(materials, &mut words);
@@ -153,7 +155,7 @@ impl MaterialTable {
             entries.extend_from_slice(bytemuck::cast_slice::<f32, GpuMaterial>(&words));
         }
         Ok(Self {
-            has_glass: extras.iter().any(|own| own[0] > 0.0),
+            has_glass: extras.iter().any(|extra| extra[0] > 0.0),
             entries,
             materials,
             extras,
@@ -205,13 +207,13 @@ fn record(
     words.resize(header + WORDS, 0.0);
     let mut next = at + 1;
     for channel in 0..CHANNELS {
-        let Some((own, pattern)) = texture_words(textures, channel) else {
+        let Some((texture, pattern)) = texture_words(textures, channel) else {
             continue;
         };
         words[header + channel] = next as f32;
         next += 2;
         let begin = words.len();
-        words.extend(own);
+        words.extend(texture);
         let Pattern::Image { path, image, .. } = pattern else {
             continue;
         };
@@ -233,9 +235,9 @@ fn record(
                 limit: MAX_TEXELS,
             });
         }
-        let own = &mut words[begin..];
-        debug_assert_eq!(own[0], KIND_IMAGE);
-        [own[11], own[12]] = loaded.size.map(|side| side as f32);
+        let texture = &mut words[begin..];
+        debug_assert_eq!(texture[0], KIND_IMAGE);
+        [texture[11], texture[12]] = loaded.size.map(|side| side as f32);
         images.uses.push((begin + 7, index));
     }
     Ok(())

@@ -77,7 +77,10 @@ impl<'a> NearField<'a> {
         // Counted before anything is allocated: large pieces can be in more parts than fit into memory.
         while count > 4.0 {
             let grid = NearGrid::new(program, around, size / count, far_length);
-            let entries: u64 = all.iter().map(|own| grid.covered_by(program, own)).sum();
+            let entries: u64 = all
+                .iter()
+                .map(|operand| grid.covered_by(program, operand))
+                .sum();
             if entries <= MAX_ENTRIES * all.len() as u64 {
                 break;
             }
@@ -93,7 +96,7 @@ impl<'a> NearField<'a> {
             let lengths = level
                 .begins
                 .windows(2)
-                .map(|own| u64::from(own[1] - own[0]));
+                .map(|range| u64::from(range[1] - range[0]));
             let is_long = lengths.map(|n| n * n).sum::<u64>() > MAX_LIST_LENGTH * entries.max(1);
             if is_long && !levels.is_empty() {
                 break;
@@ -117,8 +120,8 @@ impl<'a> NearField<'a> {
 impl NearGrid {
     fn new(program: &Program, around: Aabb, edge: f32, most: f32) -> Self {
         // The last level reaches as far as requested.
-        let own = FAR * edge;
-        let far_length = if 1.5 * own < most { own } else { most };
+        let usual = FAR * edge;
+        let far_length = if 1.5 * usual < most { usual } else { most };
         let parts = PartGrid {
             corner: around.min,
             edge,
@@ -138,12 +141,12 @@ impl NearGrid {
     }
 
     /// Returns the range of parts in which a piece can matter, if there is any.
-    fn range_of(&self, program: &Program, own: &OperandSpan) -> Option<Range<UVec3>> {
-        if own.operator.kind == OperatorKind::Intersect {
+    fn range_of(&self, program: &Program, operand: &OperandSpan) -> Option<Range<UVec3>> {
+        if operand.operator.kind == OperatorKind::Intersect {
             return Some(UVec3::ZERO..self.size);
         }
-        let held = program.reach_of(own, &self.parts, self.falls);
-        if own.extent.aabb.is_empty() || held.intersection(self.around).is_empty() {
+        let held = program.reach_of(operand, &self.parts, self.falls);
+        if operand.extent.aabb.is_empty() || held.intersection(self.around).is_empty() {
             return None;
         }
         let [first, last] = [held.min, held.max].map(|corner| {
@@ -154,8 +157,8 @@ impl NearGrid {
     }
 
     /// Returns the number of those parts.
-    fn covered_by(&self, program: &Program, own: &OperandSpan) -> u64 {
-        self.range_of(program, own).map_or(0, |range| {
+    fn covered_by(&self, program: &Program, operand: &OperandSpan) -> u64 {
+        self.range_of(program, operand).map_or(0, |range| {
             u64::from((range.end - range.start).element_product())
         })
     }
@@ -167,18 +170,18 @@ impl NearLevel {
         let (count, size) = (grid.count(), grid.size);
         // The parts of a piece, or an error if it is entered for all.
         let mut everywhere = Vec::new();
-        let parts_of = |own: &OperandSpan| {
-            let Some(range) = grid.range_of(program, own) else {
+        let parts_of = |operand: &OperandSpan| {
+            let Some(range) = grid.range_of(program, operand) else {
                 return Ok(UVec3::ZERO..UVec3::ZERO);
             };
             let covered = (range.end - range.start).element_product();
-            let is_everywhere = own.operator.kind == OperatorKind::Intersect
+            let is_everywhere = operand.operator.kind == OperatorKind::Intersect
                 || count > SHARE && covered > count / SHARE;
             if is_everywhere { Err(()) } else { Ok(range) }
         };
         let mut begins = vec![0u32; count as usize + 1];
-        for (index, own) in (0..).zip(all) {
-            match parts_of(own) {
+        for (index, operand) in (0..).zip(all) {
+            match parts_of(operand) {
                 Err(()) => everywhere.push(index),
                 Ok(range) => each_part(range, size, |part| begins[part + 1] += 1),
             }
@@ -190,8 +193,8 @@ impl NearLevel {
         }
         let mut operands = vec![0; sum as usize];
         let mut ends = begins.clone();
-        for (index, own) in (0..).zip(all) {
-            if let Ok(range) = parts_of(own) {
+        for (index, operand) in (0..).zip(all) {
+            if let Ok(range) = parts_of(operand) {
                 each_part(range, size, |part| {
                     operands[ends[part] as usize] = index;
                     ends[part] += 1;
@@ -220,10 +223,11 @@ impl NearLevel {
     /// Returns the program of a part.
     fn list(&self, program: &Program, part: u32, scratch: &mut NearScratch<'_>) -> &[Instruction] {
         self.lists[part as usize].get_or_init(|| {
-            let own = self.begins[part as usize] as usize..self.begins[part as usize + 1] as usize;
+            let range =
+                self.begins[part as usize] as usize..self.begins[part as usize + 1] as usize;
             let (found, list) = (&mut scratch.found, &mut scratch.list);
             found.clear();
-            found.extend_from_slice(&self.operands[own]);
+            found.extend_from_slice(&self.operands[range]);
             if !self.everywhere.is_empty() {
                 found.extend_from_slice(&self.everywhere);
                 found.sort_unstable();
@@ -362,14 +366,14 @@ impl<'a> NearEvaluator<'a> {
             self.next.clear();
             self.asked.sort_unstable();
             let asked = std::mem::take(&mut self.asked);
-            for own in asked.chunk_by(|a, b| a.0 == b.0) {
-                let part = own[0].0;
+            for of_part in asked.chunk_by(|a, b| a.0 == b.0) {
+                let part = of_part[0].0;
                 if part == u32::MAX {
                     self.evaluate(
                         &field.program.instructions,
                         f32::INFINITY,
                         true,
-                        own,
+                        of_part,
                         points,
                         &mut wanted,
                     );
@@ -380,7 +384,7 @@ impl<'a> NearEvaluator<'a> {
                     list,
                     level.grid.parts.far,
                     is_last,
-                    own,
+                    of_part,
                     points,
                     &mut wanted,
                 );
@@ -396,15 +400,15 @@ impl<'a> NearEvaluator<'a> {
         list: &[Instruction],
         far_length: f32,
         is_last: bool,
-        own: &[(u32, u32)],
+        of_part: &[(u32, u32)],
         points: [&[f32]; 3],
         wanted: &mut Wanted<'_>,
     ) {
         let batch = &mut *self.batch;
-        for own in own.chunks(LANES) {
-            let n = own.len();
+        for chunk in of_part.chunks(LANES) {
+            let n = chunk.len();
             for (lanes, from) in batch.p.iter_mut().zip(points) {
-                for (lane, &(_, i)) in lanes.iter_mut().zip(own) {
+                for (lane, &(_, i)) in lanes.iter_mut().zip(chunk) {
                     *lane = from[i as usize];
                 }
             }
@@ -417,7 +421,7 @@ impl<'a> NearEvaluator<'a> {
                     } else {
                         self.evaluator.distances_with(list, x, y, z, d);
                     }
-                    for (&d, &(_, i)) in d.iter().zip(own) {
+                    for (&d, &(_, i)) in d.iter().zip(chunk) {
                         if d < far_length || is_last {
                             out[i as usize] = d.min(far_length);
                         } else {
@@ -428,7 +432,7 @@ impl<'a> NearEvaluator<'a> {
                 Wanted::Materials(out) => {
                     let materials = &mut batch.materials[..n];
                     self.evaluator.materials_with(list, [x, y, z], d, materials);
-                    for ((found, d), &(_, i)) in materials.iter().zip(d).zip(own) {
+                    for ((found, d), &(_, i)) in materials.iter().zip(d).zip(chunk) {
                         if *d < far_length || is_last {
                             out[i as usize] = *found;
                         } else {

@@ -16,8 +16,8 @@ impl OpcodeSet {
     /// Returns the opcodes of a program.
     pub fn of(program: &Program) -> Self {
         let all = program.instructions.iter();
-        let own = Self(all.fold(0, |set, instr| set | 1 << (instr.op & 127)));
-        own.union(Self::of_materials(program))
+        let used = Self(all.fold(0, |set, instr| set | 1 << (instr.op & 127)));
+        used.union(Self::of_materials(program))
     }
 
     /// Returns what a program's materials need.

@@ -34,33 +34,42 @@ impl Program {
 
     /// Whether no piece morphs. A morph makes everything matter everywhere.
     pub(crate) fn is_local(&self) -> bool {
-        let morphs = |own: &OperandSpan| own.operator.kind == OperatorKind::Morph;
+        let morphs = |operand: &OperandSpan| operand.operator.kind == OperatorKind::Morph;
         !self.operands.is_empty() && !self.operands.iter().any(morphs)
     }
 
     fn group_around(&self, group: u32) -> u32 {
         self.groups
             .get(group as usize)
-            .map_or(ROOT, |own| own.parent)
+            .map_or(ROOT, |span| span.parent)
     }
 
     /// Returns the box in which a piece can matter for distances below the parts' far length, given how far values
     /// can fall through joints.
-    pub(crate) fn reach_of(&self, own: &OperandSpan, parts: &PartGrid, falls: [f32; 2]) -> Aabb {
+    pub(crate) fn reach_of(
+        &self,
+        operand: &OperandSpan,
+        parts: &PartGrid,
+        falls: [f32; 2],
+    ) -> Aabb {
         let mut room = [ROOT; MAX_OPEN_GROUPS];
-        let around = chain(own.group, &|group| self.group_around(group), &mut room);
+        let around = chain(operand.group, &|group| self.group_around(group), &mut room);
         let groups = around
             .iter()
             .map(|&group| &self.groups[group as usize].operator);
-        let joints = groups.chain([&own.operator]);
-        parts.reached_by(joints, &own.extent, falls)
+        let joints = groups.chain([&operand.operator]);
+        parts.reached_by(joints, &operand.extent, falls)
     }
 
     /// Returns how far values below `far` can fall through the joints of the root, and of each group.
     pub(crate) fn falls(&self, far: f32) -> [f32; 2] {
-        let own = self.operands.iter().map(|own| (own.group, &own.operator));
+        let of_operands = self
+            .operands
+            .iter()
+            .map(|operand| (operand.group, &operand.operator));
         let groups = self.groups.iter().skip(1);
-        let all = own.chain(groups.map(|own| (own.parent, &own.operator)));
+        let all =
+            of_operands.chain(groups.map(|group_span| (group_span.parent, &group_span.operator)));
         let (mut outer, mut inner, mut is_chamfered) = (0.0f32, 0.0f32, false);
         for (group, operator) in all {
             if group == ROOT {
@@ -81,17 +90,17 @@ impl Program {
         let mut walk = PieceWalk::default();
         let parent_of = |group: u32| self.group_around(group);
         let step = |out: &mut Vec<Instruction>, group: u32, enters: bool| {
-            let own = &self.groups[group as usize];
-            out.push(if enters { own.open } else { own.close });
+            let span = &self.groups[group as usize];
+            out.push(if enters { span.open } else { span.close });
         };
         for &index in some {
-            let own = &self.operands[index as usize];
-            walk.go_to(own.group, parent_of, |group, enters| {
+            let operand = &self.operands[index as usize];
+            walk.go_to(operand.group, parent_of, |group, enters| {
                 step(out, group, enters)
             });
-            match &self.instructions[own.begin as usize..own.end as usize] {
+            match &self.instructions[operand.begin as usize..operand.end as usize] {
                 [only] => out.push(*only),
-                all => append_span(all, own.begin, out),
+                all => append_span(all, operand.begin, out),
             }
         }
         walk.go_to(ROOT, parent_of, |group, enters| step(out, group, enters));
@@ -113,15 +122,15 @@ impl OperandIndex {
             levels: 1,
             everywhere: Vec::new(),
         };
-        for (number, own) in (0..).zip(all) {
-            if own.operator.kind == OperatorKind::Intersect {
+        for (number, operand) in (0..).zip(all) {
+            if operand.operator.kind == OperatorKind::Intersect {
                 index.everywhere.push(number);
                 continue;
             }
-            if own.extent.aabb.is_empty() {
+            if operand.extent.aabb.is_empty() {
                 continue;
             }
-            match parts.level_of(program.reach_of(own, &parts, falls)) {
+            match parts.level_of(program.reach_of(operand, &parts, falls)) {
                 None => index.everywhere.push(number),
                 Some(found) => {
                     index.levels = index.levels.max(found.0 + 1);
@@ -137,10 +146,11 @@ impl OperandIndex {
     /// Returns the number of entries that an index would have.
     pub fn entries(program: &Program, parts: PartGrid) -> u64 {
         let falls = program.falls(parts.far);
-        let entries = program.operands.iter().map(|own| {
+        let entries = program.operands.iter().map(|operand| {
             let is_entered =
-                own.operator.kind != OperatorKind::Intersect && !own.extent.aabb.is_empty();
-            let found = is_entered.then(|| parts.level_of(program.reach_of(own, &parts, falls)));
+                operand.operator.kind != OperatorKind::Intersect && !operand.extent.aabb.is_empty();
+            let found =
+                is_entered.then(|| parts.level_of(program.reach_of(operand, &parts, falls)));
             let found = found.flatten();
             found.map_or(0, |(_, first, last)| {
                 // No level has more than a few hundred.

@@ -25,8 +25,8 @@ pub(crate) fn leaves_open(entry: &NodeDesc) -> bool {
 
 /// Whether a group inside a number of open groups is open too.
 pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
-    let own = scene.node(node);
-    let entry = own.at_current_time();
+    let found_node = scene.node(node);
+    let entry = found_node.at_current_time();
     depth < MAX_OPEN_GROUPS
         && matches!(entry.kind, NodeKind::Group)
         && entry.visible
@@ -36,7 +36,7 @@ pub(crate) fn is_open(scene: &Scene, node: NodeId, depth: usize) -> bool {
             OperatorKind::Union | OperatorKind::Subtract
         )
         && entry.modifiers.iter().all(|m| m.affine().is_some())
-        && own
+        && found_node
             .children()
             .iter()
             .all(|&child| leaves_open(scene.node(child).at_current_time()))
@@ -107,7 +107,7 @@ impl Pieces {
         }
         let entry = scene.node(node).at_current_time();
         let outer = self.groups[group as usize].scale;
-        let own = self.groups.len() as u32;
+        let index = self.groups.len() as u32;
         self.groups.push(OpenGroup {
             node,
             parent: group,
@@ -115,7 +115,7 @@ impl Pieces {
             scale: outer * scale_of(entry),
         });
         for &child in scene.node(node).children() {
-            self.add(scene, child, own, depth + 1);
+            self.add(scene, child, index, depth + 1);
         }
     }
 }
@@ -153,15 +153,15 @@ pub(crate) fn acting(
     parent_of: impl Fn(u32) -> u32,
     operator_of: impl Fn(u32) -> Operator,
 ) -> Vec<PieceInfo> {
-    let outermost = |own: &PieceInfo| {
-        let (mut operator, mut group) = (own.operator, own.group);
+    let outermost = |piece: &PieceInfo| {
+        let (mut operator, mut group) = (piece.operator, piece.group);
         while group != ROOT {
             (operator, group) = (operator_of(group), parent_of(group));
         }
         operator.kind
     };
     pieces
-        .skip_while(|own| outermost(own) != OperatorKind::Union)
+        .skip_while(|piece| outermost(piece) != OperatorKind::Union)
         .collect()
 }
 
@@ -240,10 +240,10 @@ pub(crate) fn regularity_of(
     let step = |stack: &mut Vec<(Regularity, f32)>, group: u32, enters: bool| {
         if enters {
             stack.push((Regularity::SMOOTH, 1.0));
-        } else if let Some((own, underestimate)) = stack.pop()
+        } else if let Some((inner, underestimate)) = stack.pop()
             && let Some((outer, most)) = stack.last_mut()
         {
-            *outer = joined(*outer, own.settled(underestimate), &operator_of(group));
+            *outer = joined(*outer, inner.settled(underestimate), &operator_of(group));
             *most = most.max(underestimate);
         }
     };
@@ -251,8 +251,8 @@ pub(crate) fn regularity_of(
         walk.go_to(piece.group, &parent_of, |group, enters| {
             step(&mut stack, group, enters)
         });
-        if let Some((own, most)) = stack.last_mut() {
-            *own = joined(*own, piece.regularity, &piece.operator);
+        if let Some((regularity, most)) = stack.last_mut() {
+            *regularity = joined(*regularity, piece.regularity, &piece.operator);
             *most = most.max(piece.extent.lipschitz_inverse);
         }
     }

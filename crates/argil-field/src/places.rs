@@ -83,9 +83,11 @@ impl Program {
         region: Aabb,
         origin: Option<DVec3>,
     ) -> f32 {
-        let own = region.min.abs().max(region.max.abs()).max_element();
-        let Some(origin) = origin else { return own };
-        let in_scene = own + origin.abs().max_element() as f32;
+        let in_region = region.min.abs().max(region.max.abs()).max_element();
+        let Some(origin) = origin else {
+            return in_region;
+        };
+        let in_scene = in_region + origin.abs().max_element() as f32;
         let (mut reach, mut depth, mut absolute_from) = (0.0f32, 0usize, usize::MAX);
         for instr in instructions {
             match instr.op {
@@ -108,7 +110,7 @@ impl Program {
                 _ => return in_scene,
             }
         }
-        own + reach.min(in_scene)
+        in_region + reach.min(in_scene)
     }
 }
 
@@ -151,8 +153,11 @@ mod tests {
         let q = q.as_vec3();
         for row in 0..3 {
             let w = &m[4 * row..4 * row + 4];
-            let own = w[0] * q.x + w[1] * q.y + w[2] * q.z + w[3];
-            assert!((f64::from(own) - exact[row]).abs() < 5e-7, "{own} {exact}");
+            let rounded = w[0] * q.x + w[1] * q.y + w[2] * q.z + w[3];
+            assert!(
+                (f64::from(rounded) - exact[row]).abs() < 5e-7,
+                "{rounded} {exact}"
+            );
         }
     }
 }

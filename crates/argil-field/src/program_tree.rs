@@ -135,12 +135,13 @@ impl ProgramTree {
                 return None;
             }
             let mut pruner = Pruner::new(program);
-            let own = edge / SIDE as f32;
-            let centers: [Vec3; CELLS] =
-                std::array::from_fn(|index| corner + own * (place_of_index(index).as_vec3() + 0.5));
+            let cell_edge = edge / SIDE as f32;
+            let centers: [Vec3; CELLS] = std::array::from_fn(|index| {
+                corner + cell_edge * (place_of_index(index).as_vec3() + 0.5)
+            });
             // Half of the diagonal, and rounding.
             let rounding = 4.0 * f32::EPSILON * (self.corner.abs().max_element() + self.edge);
-            let half = 0.8661 * own + rounding;
+            let half = 0.8661 * cell_edge + rounding;
             let mut distances = [0.0; CELLS];
             pruner.classify_cells(&node.list, &centers, half, &mut distances);
             let (mut list, mut taken) = (Vec::new(), NODES);
@@ -148,7 +149,7 @@ impl ProgramTree {
                 .map(|index| {
                     list.clear();
                     pruner.prune_into(&node.list, index, &mut list);
-                    let is_far = distances[index].abs() > FAR * own;
+                    let is_far = distances[index].abs() > FAR * cell_edge;
                     // A program that is hardly shorter is not worth its memory.
                     let is_shorter =
                         list.len() < node.list.len().min(LONG).max(node.list.len() / 2);
@@ -206,8 +207,8 @@ impl ProgramTree {
         let place = ((point - self.corner) / finest).as_uvec3();
         let place = place.min(UVec3::splat(most));
         (0..DEPTH).fold(0, |key, level| {
-            let own = (place >> level) & UVec3::splat(SIDE - 1);
-            key | (index_of(own) as u32) << (3 * level)
+            let child = (place >> level) & UVec3::splat(SIDE - 1);
+            key | (index_of(child) as u32) << (3 * level)
         })
     }
 
@@ -235,15 +236,15 @@ impl ProgramTree {
             }
             return;
         };
-        let own = edge / SIDE as f32;
+        let cell_edge = edge / SIDE as f32;
         let cell_of = |key: u32| (key >> (3 * (DEPTH - 1 - depth))) as usize % CELLS;
         let mut begin = 0;
         for some in keys.chunk_by(|a, b| cell_of(a.0) == cell_of(b.0)) {
             let index = cell_of(some[0].0);
             let asked = Asked {
                 node: &cells[index],
-                corner: corner + own * place_of_index(index).as_vec3(),
-                edge: own,
+                corner: corner + cell_edge * place_of_index(index).as_vec3(),
+                edge: cell_edge,
                 depth: depth + 1,
             };
             let nths = &nths[begin..begin + some.len()];
@@ -337,8 +338,8 @@ mod tests {
                     "{:?}",
                     points[index as usize]
                 );
-                let own = [g[0][i], g[1][i], g[2][i]].map(f32::to_bits);
-                assert_eq!(own, gradient.to_array().map(f32::to_bits));
+                let bits = [g[0][i], g[1][i], g[2][i]].map(f32::to_bits);
+                assert_eq!(bits, gradient.to_array().map(f32::to_bits));
             }
         });
         assert!(visited.iter().all(|&times| times == 1));
@@ -355,9 +356,9 @@ mod tests {
                 continue;
             };
             assert!(cell.grown(1e-5).contains(p), "{p} {cell:?}");
-            let mut own = [0.0];
-            evaluator.distances_with(list, &[p.x], &[p.y], &[p.z], &mut own);
-            assert_eq!(own[0].to_bits(), program.distance(p).to_bits(), "{p}");
+            let mut distance = [0.0];
+            evaluator.distances_with(list, &[p.x], &[p.y], &[p.z], &mut distance);
+            assert_eq!(distance[0].to_bits(), program.distance(p).to_bits(), "{p}");
         }
         assert_eq!(beyond, 4);
     }

@@ -150,7 +150,7 @@ impl<'a> Pruner<'a> {
         let marks = self.registers.marks.iter();
         CellMarks {
             marks: marks
-                .map(|own| [own.drop_a as u8, own.drop_b as u8])
+                .map(|mark| [mark.drop_a as u8, mark.drop_b as u8])
                 .collect(),
             skipped: self.skipped.iter().map(|&skipped| skipped as u8).collect(),
         }

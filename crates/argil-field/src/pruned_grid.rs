@@ -117,12 +117,12 @@ impl<'a> PrunedGridWorker<'a> {
         let mut d = [0.0; CELLS_PER_BATCH];
         self.pruner
             .classify_cells(list, &centers, radius, &mut d[..centers.len()]);
-        let own = |index: usize| {
-            let mut own = Vec::new();
-            self.pruner.prune_into(list, index, &mut own);
-            own
+        let prune = |index: usize| {
+            let mut pruned = Vec::new();
+            self.pruner.prune_into(list, index, &mut pruned);
+            pruned
         };
-        (0..centers.len()).map(own).collect()
+        (0..centers.len()).map(prune).collect()
     }
 
     /// Computes the points of a cell with its own program.

@@ -27,7 +27,7 @@ fn follow_curve<R: Real>(places: &mut R::Lanes, active: usize, words: &[f32]) {
         let along = R::get(places, i).clamp_to(0.0, 1.0) * pieces;
         R::set(places, i, along);
     }
-    let value = |u: R, own: &[f32; 4]| u * (u * (u * own[3] + own[2]) + own[1]) + own[0];
+    let value = |u: R, cubic: &[f32; 4]| u * (u * (u * cubic[3] + cubic[2]) + cubic[1]) + cubic[0];
     let (table, _) = words[1..].as_chunks::<4>();
     let first = piece_of(R::get(places, 0));
     let mut others = 0u32;
@@ -36,10 +36,10 @@ fn follow_curve<R: Real>(places: &mut R::Lanes, active: usize, words: &[f32]) {
     }
     let coefficients = |piece: f32| table.get(piece as usize).copied().unwrap_or_default();
     if others == 0 {
-        let own = coefficients(first);
+        let cubic = coefficients(first);
         for i in 0..active.min(LANES) {
             let u = R::get(places, i) - first;
-            R::set(places, i, value(u, &own));
+            R::set(places, i, value(u, &cubic));
         }
     } else {
         for i in 0..active.min(LANES) {

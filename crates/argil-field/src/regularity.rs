@@ -245,13 +245,13 @@ fn jump(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
         return copies.spacing * copies.sides as f32 + size;
     }
     let looked_at = evaluated_copies(modifier, content);
-    let own = nearest_is_own(modifier, content);
+    let is_own = nearest_is_own(modifier, content);
     let takes_all = match *modifier {
         Modifier::Repeat { spacing, count } => (0..3).all(|axis| match count {
-            Some(count) => own[axis] || count[axis] == looked_at[axis],
-            None => own[axis] || spacing[axis] <= 0.0,
+            Some(count) => is_own[axis] || count[axis] == looked_at[axis],
+            None => is_own[axis] || spacing[axis] <= 0.0,
         }),
-        Modifier::RadialRepeat { count } => own[0] || count == looked_at[0],
+        Modifier::RadialRepeat { count } => is_own[0] || count == looked_at[0],
         _ => true,
     };
     if takes_all {
@@ -303,10 +303,10 @@ fn isolation(modifier: &Modifier, content: &argil_scene::Extent) -> f32 {
     };
     let half = content.aabb.min.abs().max(content.aabb.max.abs());
     let looked_at = evaluated_copies(modifier, content);
-    let own = nearest_is_own(modifier, content);
+    let is_own = nearest_is_own(modifier, content);
     (0..3)
         .filter(|&axis| match count {
-            _ if own[axis] => false,
+            _ if is_own[axis] => false,
             Some(count) => count[axis] != looked_at[axis],
             None => spacing[axis] > 0.0,
         })

@@ -42,10 +42,10 @@ pub(crate) fn set_share<R: Real>(r: &mut InterpreterState<R>, params: &[f32], at
         Some(origin) => placed(params, at, origin, &[]),
         None => *words(params, at),
     };
-    let own = &params[at + m.len()..];
+    let ramp = &params[at + m.len()..];
     let mut moved = r.point.clone();
     map_point::<R>(&mut moved, r.active, |p| mapped(p, &m));
-    ramp_values::<R>(&moved, &mut r.share, r.active, own);
+    ramp_values::<R>(&moved, &mut r.share, r.active, ramp);
 }
 
 /// Returns the words of a repetition, if the next instruction is one.

@@ -91,11 +91,11 @@ fn stored<R: Real>(
         let [i, j, k] = [corner & 1, corner >> 1 & 1, corner >> 2];
         let [i, j, k] = [first[0] + i, first[1] + j, first[2] + k];
         if i <= last[0] && j <= last[1] && k <= last[2] {
-            let own = w[layout.table + (k * ny + j) * nx + i] as usize;
-            if own & 3 != FINE_KIND {
+            let entry = w[layout.table + (k * ny + j) * nx + i] as usize;
+            if entry & 3 != FINE_KIND {
                 return None;
             }
-            *begin = layout.samples[FINE_KIND] + (own >> 2) * FINE_ROW.pow(3);
+            *begin = layout.samples[FINE_KIND] + (entry >> 2) * FINE_ROW.pow(3);
         }
     }
     let mut index = [0.0; SIMD_BLOCK];
@@ -142,11 +142,11 @@ fn more_than<R: Real>(near: f32, beyond: R) -> R {
 /// no interpolation.
 #[inline(always)]
 fn at_sample<R: Real>(at: R, near: f32) -> R {
-    let own = at.value();
-    let sample = (own * SIDE).round_ties_even();
-    if (own * SIDE - sample).abs() <= SIDE * near {
+    let value = at.value();
+    let sample = (value * SIDE).round_ties_even();
+    if (value * SIDE - sample).abs() <= SIDE * near {
         // Numbers keep their gradients.
-        at - own + sample * (1.0 / SIDE)
+        at - value + sample * (1.0 / SIDE)
     } else {
         at
     }
@@ -169,8 +169,8 @@ fn in_finest<R: Real>(
     for n in 0..SIMD_BLOCK {
         let (i, j, k) = (cells[0][n], cells[1][n], cells[2][n]);
         let (i, j, k) = (i as usize, j as usize, k as usize);
-        let own = w[layout.table + (k * ny + j) * nx + i] as usize;
-        let kind = own & 3;
+        let entry = w[layout.table + (k * ny + j) * nx + i] as usize;
+        let kind = entry & 3;
         if kind == 0 {
             (row[n], layer[n]) = (nx + 1, (nx + 1) * (ny + 1));
             first[n] = coarse + k * layer[n] + j * row[n] + i;
@@ -178,7 +178,7 @@ fn in_finest<R: Real>(
             let side = 1 << kind;
             sides[n] = side as f32;
             (row[n], layer[n]) = (side + 1, (side + 1) * (side + 1));
-            first[n] = layout.samples[kind] + (own >> 2) * layer[n] * row[n];
+            first[n] = layout.samples[kind] + (entry >> 2) * layer[n] * row[n];
         }
     }
     // Cells without samples between their corners are one such cell, whose place is 0.
@@ -302,8 +302,8 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32], layout: &SampledLayout) -> R {
     let [nx, ny, nz] = count;
     let mut t = at;
     let [i, j, k] = places(&mut t, [w[head + 4], w[head + 5], w[head + 6]]);
-    let own = w[table + (k * ny + j) * nx + i] as usize;
-    let kind = own & 3;
+    let entry = w[table + (k * ny + j) * nx + i] as usize;
+    let kind = entry & 3;
     let d = if kind == 0 {
         let (row, layer) = (nx + 1, (nx + 1) * (ny + 1));
         let coarse = table + nx * ny * nz;
@@ -316,7 +316,7 @@ fn sampled<R: Real>(p: [R; 3], w: &[f32], layout: &SampledLayout) -> R {
         let [i, j, k] = places(&mut t, [side; 3]);
         let row = (1 << kind) + 1;
         let layer = row * row;
-        let samples = layout.samples[kind] + (own >> 2) * layer * row;
+        let samples = layout.samples[kind] + (entry >> 2) * layer * row;
         interpolate(t, &w[samples + k * layer + j * row + i..], row, layer)
     };
     let gap = beyond[0] * beyond[0] + beyond[1] * beyond[1] + beyond[2] * beyond[2];

@@ -211,7 +211,7 @@ fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std
         operand,
         ..
     } = *instr;
-    let own = w + abi::BRUSH_HEADER_WORDS;
+    let shape_words = w + abi::BRUSH_HEADER_WORDS;
     let searched = op >= abi::OP_FIRST_ITERATIVE;
     let map = if flags & abi::FLAG_TRANSLATION != 0 && !searched {
         "translated"
@@ -226,12 +226,12 @@ fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std
     let words = if searched {
         writeln!(
             out,
-            "    if matters(a{v}, box_distance(p, {own}u) * params[{}u], j) {{",
+            "    if matters(a{v}, box_distance(p, {shape_words}u) * params[{}u], j) {{",
             w + 12
         )?;
-        own + 6
+        shape_words + 6
     } else {
-        own
+        shape_words
     };
     writeln!(
         out,
@@ -241,7 +241,7 @@ fn write_brush(instr: &Instruction, v: usize, q: usize, out: &mut String) -> std
     )?;
     writeln!(
         out,
-        "    if with_material {{ field_material = mix_material(field_material, brush_material(Instruction({op}u, {flags}u, {w}u, {operand}u), at, p, {own}u), weight(a{v}, d, j, {flags}u)); }}"
+        "    if with_material {{ field_material = mix_material(field_material, brush_material(Instruction({op}u, {flags}u, {w}u, {operand}u), at, p, {shape_words}u), weight(a{v}, d, j, {flags}u)); }}"
     )?;
     writeln!(
         out,

@@ -71,8 +71,8 @@ pub(crate) fn brick(uv: Vec2) -> f32 {
 }
 
 /// Returns an image's color, which repeats, mixed between texels.
-pub(crate) fn image(words: &[f32], own: &[f32], uv: Vec2) -> Vec3 {
-    let (first, width, height) = (own[7] as usize * ENTRY, own[11], own[12]);
+pub(crate) fn image(words: &[f32], texture: &[f32], uv: Vec2) -> Vec3 {
+    let (first, width, height) = (texture[7] as usize * ENTRY, texture[11], texture[12]);
     // The middle of the image is at the origin.
     let (x, y) = (
         (uv.x + 0.5 - (uv.x + 0.5).floor()) * width - 0.5,
@@ -95,6 +95,6 @@ pub(crate) fn image(words: &[f32], own: &[f32], uv: Vec2) -> Vec3 {
 
 /// Returns a coordinate in the first of equal intervals, below its end.
 fn wrapped(x: f32, length: f32) -> f32 {
-    let own = x - length * (x / length).floor();
-    own.clamp(0.0, length - 1e-3 * length.min(1.0))
+    let remainder = x - length * (x / length).floor();
+    remainder.clamp(0.0, length - 1e-3 * length.min(1.0))
 }

@@ -28,7 +28,7 @@ pub(crate) fn mix_textured<R: Real>(
     weights: &F32Lanes,
 ) {
     let plain = program.materials.appearance(instr.operand as usize);
-    let mut own = [plain; LANES];
+    let mut appearances = [plain; LANES];
     let is_seen = |i: usize| weights.0[i] != 0.0;
     if lanes_of(r.active).any(is_seen) {
         let words: &[f32] = bytemuck::cast_slice(program.material_table());
@@ -47,10 +47,10 @@ pub(crate) fn mix_textured<R: Real>(
                 points: [local, Vec3::from(r.at.each_ref().map(|axis| axis.0[i]))],
                 normals: [normal, in_scene],
             };
-            apply(words, record, &at, &mut own[i]);
+            apply(words, record, &at, &mut appearances[i]);
         }
     }
-    mix_materials(r, |k, i| own[i][k], weights);
+    mix_materials(r, |k, i| appearances[i][k], weights);
 }
 
 /// Returns normals of a brush's own shape, in its space, of any length.

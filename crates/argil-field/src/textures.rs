@@ -20,24 +20,34 @@ pub(crate) const NORMAL_STEP: f32 = argil_abi::TEXTURE_NORMAL_STEP;
 
 /// Returns the words of one of a material's textures, and its pattern.
 pub(crate) fn texture_words(textures: &Textures, channel: usize) -> Option<([f32; 16], &Pattern)> {
-    let of_values = |own: &ValueTexture| (own.size, own.space, [own.low; 3], [own.high; 3]);
+    let of_values = |texture: &ValueTexture| {
+        (
+            texture.size,
+            texture.space,
+            [texture.low; 3],
+            [texture.high; 3],
+        )
+    };
     let (pattern, (size, space, low, high)) = match channel {
         0 => {
-            let own = textures.base_color.as_ref()?;
-            (&own.pattern, (own.size, own.space, own.low, own.high))
+            let texture = textures.base_color.as_ref()?;
+            (
+                &texture.pattern,
+                (texture.size, texture.space, texture.low, texture.high),
+            )
         }
         1 => textures
             .roughness
             .as_ref()
-            .map(|own| (&own.pattern, of_values(own)))?,
+            .map(|texture| (&texture.pattern, of_values(texture)))?,
         2 => textures
             .metallic
             .as_ref()
-            .map(|own| (&own.pattern, of_values(own)))?,
+            .map(|texture| (&texture.pattern, of_values(texture)))?,
         _ => textures
             .bump
             .as_ref()
-            .map(|own| (&own.pattern, of_values(own)))?,
+            .map(|texture| (&texture.pattern, of_values(texture)))?,
     };
     let (kind, parameter) = match pattern {
         Pattern::Checker => (KIND_CHECKER, 0.0),
@@ -99,10 +109,10 @@ pub(crate) fn apply(words: &[f32], record: usize, at: &TexturedPoint, out: &mut 
         if begin == 0 {
             continue;
         }
-        let own = &words[begin..begin + 16];
-        let share = value(words, own, at);
-        let low = Vec3::new(own[4], own[5], own[6]);
-        let high = Vec3::new(own[8], own[9], own[10]);
+        let texture = &words[begin..begin + 16];
+        let share = value(words, texture, at);
+        let low = Vec3::new(texture[4], texture[5], texture[6]);
+        let high = Vec3::new(texture[8], texture[9], texture[10]);
         let color = low + (high - low) * share;
         let gray = low.x + (high.x - low.x) * luminance(share);
         match channel {
@@ -119,18 +129,18 @@ fn luminance(color: Vec3) -> f32 {
 }
 
 /// Returns a texture's pattern at a point.
-fn value(words: &[f32], own: &[f32], at: &TexturedPoint) -> Vec3 {
-    let space = usize::from(own[2] != 0.0);
-    let p = at.points[space] / own[1];
-    let kind = own[0];
+fn value(words: &[f32], record: &[f32], at: &TexturedPoint) -> Vec3 {
+    let space = usize::from(record[2] != 0.0);
+    let p = at.points[space] / record[1];
+    let kind = record[0];
     if kind < KIND_BRICK {
-        return Vec3::splat(solid(kind, own[3], p));
+        return Vec3::splat(solid(kind, record[3], p));
     }
     let flat = |uv: Vec2| {
         if kind == KIND_BRICK {
             Vec3::splat(brick(uv))
         } else {
-            image(words, own, uv)
+            image(words, record, uv)
         }
     };
     let normal = at.normals[space];
@@ -142,7 +152,7 @@ fn value(words: &[f32], own: &[f32], at: &TexturedPoint) -> Vec3 {
         vec2(p.x, side.y * p.z),
         vec2(side.z * p.x, -p.y),
     ];
-    let weights = if own[3] != 0.0 {
+    let weights = if record[3] != 0.0 {
         let squares = facing * facing;
         squares * squares
     } else {

@@ -156,8 +156,9 @@ fn copies_in_one_place_are_found() {
             false => Vec::new(),
         };
         let found = CoincidingCopies::of(&scene);
-        let places = found.iter().map(|own| {
-            own.to_string()
+        let places = found.iter().map(|copies| {
+            copies
+                .to_string()
                 .split(": ")
                 .next()
                 .unwrap_or_default()
@@ -167,11 +168,11 @@ fn copies_in_one_place_are_found() {
         // Copies that coincide change no distance.
         if coincide {
             let mut plain = scene.clone();
-            for own in found {
-                let mut entry = plain.node(own.node).desc().clone();
+            for copies in found {
+                let mut entry = plain.node(copies.node).desc().clone();
                 entry.modifiers.pop();
                 let edit = Edit::Replace {
-                    node: own.node,
+                    node: copies.node,
                     desc: entry,
                 };
                 plain.apply(edit).expect("an entry");

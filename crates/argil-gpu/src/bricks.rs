@@ -189,7 +189,9 @@ impl VolumeTables for BrickTables {
     }
 
     fn has_lost_edits(&self) -> bool {
-        self.making.iter().any(|(_, own)| own.is_dropped())
+        self.making
+            .iter()
+            .any(|(_, submission)| submission.is_dropped())
     }
 
     fn edit<'a>(&'a mut self, body: &'a mut VolumeStorage, edit: EditContext<'a>) -> Work<'a, ()> {

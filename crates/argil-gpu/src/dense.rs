@@ -231,16 +231,16 @@ impl DenseFillPass<'_> {
             DenseFill::Tiled => {
                 let tiles = size.to_array().map(|n| n.div_ceil(TILE));
                 let work = layer * u64::from(tiles[2]);
-                let own = layers(field, work, TILE, tile_side(gpu, TILE));
-                own.map(|(first, count)| (first, count, tiles)).collect()
+                let slabs = layers(field, work, TILE, tile_side(gpu, TILE));
+                slabs.map(|(first, count)| (first, count, tiles)).collect()
             }
             DenseFill::Naive => {
                 let count = (WORK_PER_DISPATCH / layer.max(1)).clamp(1, u64::from(size.z)) as u32;
-                let own = (0..size.z).step_by(count as usize).map(|first| {
+                let slabs = (0..size.z).step_by(count as usize).map(|first| {
                     let groups = [size.x, size.y, count.min(size.z - first)];
                     (first, fill.layer_count, groups)
                 });
-                own.collect()
+                slabs.collect()
             }
         };
         for (first_layer, layer_count, groups) in dispatches {

@@ -115,12 +115,12 @@ impl FrameBuffers {
 
     /// Whether the buffers fit such a frame.
     pub(crate) fn fits(&self, key: &FrameKey) -> bool {
-        let own = &self.key;
+        let current = &self.key;
         let bytes = |key: &FrameKey| {
             let layers = key.more.color_layers();
             [layers, key.records_per_pixel(), key.count_bytes()]
         };
-        (own.size, own.goes) == (key.size, key.goes) && bytes(own) == bytes(key)
+        (current.size, current.goes) == (key.size, key.goes) && bytes(current) == bytes(key)
     }
 
     /// Uses the recording of another frame that fits, for example after an edit changed the length of the program.
@@ -173,11 +173,11 @@ impl FrameBuffers {
         if layout_has_blocks(&self.live) {
             all.extend(self.live.bound(LIVE));
         }
-        let mut own = vec![frame()];
-        own.extend(self.hits.bound(HITS));
-        own.extend(self.colors.bound(COLORS));
-        own.extend(self.pixels.bound(PIXELS));
-        own.extend(self.counts.bound(COUNTS));
+        let mut resolved = vec![frame()];
+        resolved.extend(self.hits.bound(HITS));
+        resolved.extend(self.colors.bound(COLORS));
+        resolved.extend(self.pixels.bound(PIXELS));
+        resolved.extend(self.counts.bound(COUNTS));
         let group = |label, layout, bound: &[BoundResource]| {
             let entries: Vec<_> = bound.iter().map(BoundResource::entry).collect();
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -189,7 +189,7 @@ impl FrameBuffers {
         self.groups = Some(gpu.with_error_scope(|| {
             [
                 group("Picture", &passes.frame.layout, &all),
-                group("Resolve", &passes.resolve.layout, &own),
+                group("Resolve", &passes.resolve.layout, &resolved),
             ]
         })?);
         self.bound = bound;
@@ -288,8 +288,8 @@ impl FrameBuffers {
         let (Some(hits), Some(pixels)) = (self.hits.buffer(), self.pixels.buffer()) else {
             return Ok(None);
         };
-        let own = [&self.frames, hits, pixels];
-        gpu.with_error_scope(|| Some(textures.bind(gpu, passes.textures, own)))
+        let buffers = [&self.frames, hits, pixels];
+        gpu.with_error_scope(|| Some(textures.bind(gpu, passes.textures, buffers)))
     }
 
     /// Makes room to download what rays mark.

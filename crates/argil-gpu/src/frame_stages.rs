@@ -217,7 +217,7 @@ pub(crate) fn stages(way: &TraceMode, key: &FrameKey) -> Vec<Stage> {
             MARCH | FINISH => way.is_exact,
             EXACT_NORMALS => true,
             SHADOW | SHADE | DEFERRED => true,
-            own => own >= first_of_others(way) && !way.has_cones,
+            other => other >= first_of_others(way) && !way.has_cones,
         };
         stage.is_exact = asks;
     }

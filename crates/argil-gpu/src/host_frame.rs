@@ -158,8 +158,8 @@ impl HostFrame {
         };
         let gpu = field.gpu();
         let bytes = volume.uniform().size();
-        let uniform = match self.volume.take().filter(|own| own.size() == bytes) {
-            Some(own) => own,
+        let uniform = match self.volume.take().filter(|buffer| buffer.size() == bytes) {
+            Some(buffer) => buffer,
             None => gpu.with_error_scope(|| {
                 gpu.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("volume of a view"),
@@ -203,7 +203,7 @@ impl HostFrame {
         let frames = sight.frames;
         let kept = self.buffers.take();
         // Another world has other passes.
-        let kept = kept.filter(|(_, own)| Arc::ptr_eq(own, &of_mode));
+        let kept = kept.filter(|(_, mode)| Arc::ptr_eq(mode, &of_mode));
         let kept = kept.map(|(buffers, _)| buffers);
         let mut buffers = of_mode.target(field, frames, Destination::Host, kept)?;
         let [resolve, textures] = field.last_passes()?;
@@ -218,20 +218,20 @@ impl HostFrame {
             return Err(GpuError::Lost("no buffer".into()));
         };
         let mut ways = None;
-        if let Some(own) = &mut self.motion {
+        if let Some(host_motion) = &mut self.motion {
             let size = [first.width, first.height];
-            ways = own.reserve(field, size)?.cloned();
+            ways = host_motion.reserve(field, size)?.cloned();
             if let Some(motion) = sight.motion {
                 let bytes = size_of::<FrameUniform>() as u64;
                 let frames = BoundResource::Buffer(FRAME, frames.clone(), Some(bytes));
                 let hits = BoundResource::buffer(HITS, &hits);
-                own.encode(field, motion, (frames, hits, size), encoder)?;
+                host_motion.encode(field, motion, (frames, hits, size), encoder)?;
             }
         }
         // Without ways, something is bound that nobody reads.
         let ways = ways.unwrap_or_else(|| colors.clone());
         let read = [frames, hits, colors, ways];
-        if self.drawn.as_ref().is_none_or(|(_, own)| *own != read) {
+        if self.drawn.as_ref().is_none_or(|(_, drawn)| *drawn != read) {
             let group = gpu.with_error_scope(|| self.group(gpu, &read))?;
             self.drawn = Some((group, read));
         }

@@ -100,7 +100,7 @@ impl HostMotion {
         ];
         let mut all = vec![frames, hits];
         all.extend(tables.iter().filter_map(|(table, at)| table.bound(*at)));
-        all.extend(field.bound().filter(|own| own.place() == PARAMS));
+        all.extend(field.bound().filter(|resource| resource.place() == PARAMS));
         let is_same = |(bound, of, _): &(Vec<BoundResource>, Arc<Passes>, wgpu::BindGroup)| {
             *bound == all && Arc::ptr_eq(of, &passes)
         };

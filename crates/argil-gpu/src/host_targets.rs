@@ -44,7 +44,7 @@ impl HostTargets {
     /// Whether what is nearer has a greater depth, by the comparison of the depth buffer.
     pub(crate) fn is_reversed(&self) -> bool {
         use wgpu::CompareFunction as Compare;
-        let compare = self.depth.as_ref().and_then(|own| own.depth_compare);
+        let compare = self.depth.as_ref().and_then(|depth| depth.depth_compare);
         matches!(compare, Some(Compare::Greater | Compare::GreaterEqual))
     }
 

@@ -105,7 +105,7 @@ impl ImageTextures {
         [frames, hits, pixels]: [&wgpu::Buffer; 3],
     ) -> wgpu::BindGroup {
         let [color, distance] =
-            [&self.color, &self.distance].map(|own| own.create_view(&Default::default()));
+            [&self.color, &self.distance].map(|texture| texture.create_view(&Default::default()));
         let frame = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: frames,
             offset: 0,

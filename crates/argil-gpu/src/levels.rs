@@ -128,8 +128,8 @@ impl VolumeTables for GpuLevels {
     }
 
     fn info<'a>(&'a self, mut info: VolumeInfo, _: &'a Gpu) -> Work<'a, VolumeInfo> {
-        let own = self.levels.info();
-        (info.levels, info.bricks) = (own.levels, own.bricks);
+        let known = self.levels.info();
+        (info.levels, info.bricks) = (known.levels, known.bricks);
         Box::pin(async move { Ok(info) })
     }
 
@@ -258,19 +258,19 @@ impl Upload for Levels {
             let mut levels = self.clone();
             levels.mark_all_changed();
             let (pool, texture) = LevelPool::new(gpu, &levels)?;
-            let own = GpuLevels {
+            let levels_on_gpu = GpuLevels {
                 tables: LevelTables::default(),
                 pool,
                 feedback: StorageBuffer::new("requests of rays"),
                 edited: EditStats::default(),
                 levels,
             };
-            let finest = own.levels.layout().level(0);
+            let finest = levels_on_gpu.levels.layout().level(0);
             let mut volume = GpuVolume::new(
                 field,
                 (*finest.voxel_grid(), *finest.encoding()),
                 texture,
-                own,
+                levels_on_gpu,
             )?;
             volume.follow_levels(gpu)?;
             Ok(volume)

@@ -54,14 +54,14 @@ const EXACT_WGSL: &str = "
 
 /// Describes the passes that march through bricks, or through a dense volume.
 pub(crate) fn march_module(of_bricks: bool) -> PassModule {
-    let (own, march) = if of_bricks {
-        let own = [CELLS_WGSL, argil_volume::wgsl::BRICK_CELLS].concat();
-        (own, wgsl::BRICKS)
+    let (cells, march) = if of_bricks {
+        let cells = [CELLS_WGSL, argil_volume::wgsl::BRICK_CELLS].concat();
+        (cells, wgsl::BRICKS)
     } else {
         (DENSE_WGSL.to_owned(), wgsl::DENSE)
     };
     let abi = argil_abi::wgsl();
-    let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &own, march];
+    let source = [&abi, BINDS_WGSL, MESH_WGSL, SPANS_WGSL, &cells, march];
     let mut binds = vec![
         Bind::Uniform(VOLUME),
         Bind::Texture(STORED),

@@ -217,8 +217,8 @@ impl MarchInputs<'_> {
                 entry(MARCHING, self.uniform),
                 entry(CASES, &self.passes.cases),
             ];
-            let own = tables.all();
-            entries.extend(own.iter().filter_map(|(table, at)| table.binding(*at)));
+            let buffers = tables.all();
+            entries.extend(buffers.iter().filter_map(|(table, at)| table.binding(*at)));
             if let Some(cells) = self.cells {
                 entries.extend(cells.binding(CELLS));
                 entries.extend(tables.owners.binding(OWNERS));
@@ -327,11 +327,16 @@ fn measures(
     // Bricks have samples at the corners of voxels, and dense volumes at their centers.
     let mut first = voxel_grid.corner;
     let (words, units, side, codes) = match cut {
-        ClipUpdate::Bricks(_, own) => {
-            let words = bytemuck::bytes_of(*own).to_vec();
-            (words, own.capacity, own.brick_size_voxels, own.table.cells)
+        ClipUpdate::Bricks(_, uniform) => {
+            let words = bytemuck::bytes_of(*uniform).to_vec();
+            (
+                words,
+                uniform.capacity,
+                uniform.brick_size_voxels,
+                uniform.table.cells,
+            )
         }
-        ClipUpdate::Dense(own) => {
+        ClipUpdate::Dense(uniform) => {
             first += 0.5 * voxel_grid.voxel_size;
             let grid = (voxel_grid.size - 1).max(UVec3::ONE).to_array();
             let [grid_x, grid_y, grid_z] = grid.map(|n| n.div_ceil(DENSE_SIDE));
@@ -339,7 +344,7 @@ fn measures(
                 grid_x,
                 grid_y,
                 grid_z,
-                ..**own
+                ..**uniform
             };
             let units = grid_x * grid_y * grid_z;
             (bytemuck::bytes_of(&words).to_vec(), units, DENSE_SIDE, 0)

@@ -105,7 +105,9 @@ impl NearLists {
 
     /// Whether the lists are those of the program.
     fn are_made(&self) -> bool {
-        self.made.as_ref().is_some_and(|own| !own.is_dropped())
+        self.made
+            .as_ref()
+            .is_some_and(|submission| !submission.is_dropped())
     }
 
     /// Whether some evaluations are faster by lists, with the time to make them.
@@ -127,7 +129,9 @@ impl NearLists {
             return Ok(None);
         };
         // What is submitted here may come before what a host still has to submit.
-        let comes_after = |own: &Submission| own.is_done() || host.is_some() && !own.is_dropped();
+        let comes_after = |submission: &Submission| {
+            submission.is_done() || host.is_some() && !submission.is_dropped()
+        };
         if !self.made.as_ref().is_some_and(comes_after) {
             self.reserve(gpu, &mut grid, length as u64)?;
             let mut recorder = PassRecorder::untimed(gpu, host);

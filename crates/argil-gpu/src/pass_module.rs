@@ -51,9 +51,12 @@ impl PassModule {
 
     /// Sets an override of one pass.
     pub(crate) fn with_constant(mut self, pass: &str, name: &'static str, value: f64) -> Self {
-        let own = self.entry_points.iter_mut().find(|own| own.name == pass);
-        if let Some(own) = own {
-            own.constants.push((name, value));
+        let entry_point = self
+            .entry_points
+            .iter_mut()
+            .find(|entry_point| entry_point.name == pass);
+        if let Some(entry_point) = entry_point {
+            entry_point.constants.push((name, value));
         }
         self
     }
@@ -101,7 +104,7 @@ impl Passes {
     /// Returns the index of a pass, if there is one.
     pub(crate) fn index(&self, name: &str) -> Option<usize> {
         let mut names = self.module.entry_points.iter();
-        names.position(|own| own.name == name)
+        names.position(|entry_point| entry_point.name == name)
     }
 
     /// Returns the pipeline of a pass. Compiles it when it is first asked for.
@@ -121,8 +124,8 @@ impl Passes {
         if let Some(pipeline) = place.get() {
             return Ok(pipeline);
         }
-        let own = &self.module.entry_points[index];
-        let mut constants = own.constants.clone();
+        let compiled = &self.module.entry_points[index];
+        let mut constants = compiled.constants.clone();
         let is_software = gpu.info.kind == DeviceKind::Software;
         if is_software && self.module.source.contains("override HIDES_UNIFORMS:") {
             constants.push(("HIDES_UNIFORMS", 1.0));
@@ -139,10 +142,10 @@ impl Passes {
             gpu.counters.pipelines.add(1);
             gpu.device
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(own.name),
+                    label: Some(compiled.name),
                     layout: Some(&self.pipeline_layout),
                     module,
-                    entry_point: Some(own.name),
+                    entry_point: Some(compiled.name),
                     compilation_options: wgpu::PipelineCompilationOptions {
                         constants: &constants,
                         ..Default::default()
@@ -159,7 +162,8 @@ impl Passes {
 pub(crate) fn compile_together(gpu: &Gpu, wanted: &[(&Passes, usize)]) -> Result<(), GpuError> {
     let mut missing: Vec<(&Passes, usize)> = Vec::new();
     for &(passes, index) in wanted {
-        let is_listed = |own: &(&Passes, usize)| std::ptr::eq(own.0, passes) && own.1 == index;
+        let is_listed =
+            |listed: &(&Passes, usize)| std::ptr::eq(listed.0, passes) && listed.1 == index;
         if passes.pipelines[index].get().is_none() && !missing.iter().any(is_listed) {
             missing.push((passes, index));
         }
@@ -182,14 +186,14 @@ pub(crate) fn compile_together(gpu: &Gpu, wanted: &[(&Passes, usize)]) -> Result
         let others: Vec<_> = (1..threads.min(missing.len()))
             .map(|_| scope.spawn(work))
             .collect();
-        let own = work();
+        let result = work();
         let others = others.into_iter().map(|other| {
             // A panic goes on here.
             other
                 .join()
                 .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         });
-        others.fold(own, Result::and)
+        others.fold(result, Result::and)
     })
 }
 

@@ -70,9 +70,9 @@ impl PathBuffers {
             [] => None,
             extras => {
                 let all = [work.program.material_table(), extras].concat();
-                let mut own = StorageBuffer::new("materials of paths");
-                own.write(gpu, &all)?;
-                Some(own)
+                let mut table = StorageBuffer::new("materials of paths");
+                table.write(gpu, &all)?;
+                Some(table)
             }
         };
         let (frame, uniform) = gpu.with_error_scope(|| {
@@ -102,10 +102,10 @@ impl PathBuffers {
         mut bound: Vec<BoundResource>,
     ) -> Result<wgpu::BindGroup, GpuError> {
         if let Some(materials) = &self.materials {
-            bound.retain(|own| own.place() != MATERIALS);
+            bound.retain(|resource| resource.place() != MATERIALS);
             bound.extend(materials.bound(MATERIALS));
         }
-        bound.retain(|own| passes.places().any(|place| place == own.place()));
+        bound.retain(|resource| passes.places().any(|place| place == resource.place()));
         bound.push(BoundResource::buffer(FRAME, &self.frame));
         bound.push(BoundResource::buffer(PATHS, &self.uniform));
         bound.push(BoundResource::View(ENVIRONMENT, self.environment.clone()));

@@ -187,8 +187,8 @@ impl Paths<'_> {
                 uniform.pixel_count = self.buffers.band.min(pixels - uniform.first_pixel);
                 // No pixel repeats a path, even if some were interrupted, and have fewer than others.
                 let first = uniform.first_pixel as usize;
-                let own = first..first + uniform.pixel_count as usize;
-                uniform.first_sample = still.max_samples(own);
+                let range = first..first + uniform.pixel_count as usize;
+                uniform.first_sample = still.max_samples(range);
                 uniform.sample_count = count;
                 self.band(&uniform, control, still).await?;
                 if control.is_cancelled() || is_late(done) {

@@ -26,12 +26,12 @@ fn read(path: &Path) -> Option<(u32, Vec<u8>)> {
 fn write(path: &Path, checksum: u32, data: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(path);
     std::fs::create_dir_all(folder)?;
-    let own = path.with_extension(format!("{}.new", std::process::id()));
-    let written = std::fs::write(&own, [&checksum.to_le_bytes(), data].concat());
-    let replaced = written.and_then(|()| std::fs::rename(&own, path));
+    let temporary = path.with_extension(format!("{}.new", std::process::id()));
+    let written = std::fs::write(&temporary, [&checksum.to_le_bytes(), data].concat());
+    let replaced = written.and_then(|()| std::fs::rename(&temporary, path));
     if replaced.is_err() {
         // What is left is removed if it can be.
-        let _ = std::fs::remove_file(&own);
+        let _ = std::fs::remove_file(&temporary);
     }
     replaced
 }
@@ -121,7 +121,7 @@ mod tests {
         drop(gpu);
         let files = std::fs::read_dir(folder.path()).expect("a folder").count();
         assert_eq!(files, usize::from(can_keep));
-        let saved = |gpu: &Gpu| gpu.pipeline_cache.as_ref().and_then(|own| own.saved);
+        let saved = |gpu: &Gpu| gpu.pipeline_cache.as_ref().and_then(|cache| cache.saved);
         assert_eq!(saved(&open()).is_some(), can_keep);
     }
 }

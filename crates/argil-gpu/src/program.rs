@@ -278,7 +278,7 @@ impl GpuProgram {
         let columns = columns.filter(|_| near.is_none());
         if let (Some(table), Some(wgsl)) = (columns, self.column_wgsl()) {
             let tables = [(table, LISTS), (&self.params, PARAMS)];
-            let bound = tables.iter().filter_map(|(own, at)| own.bound(*at));
+            let bound = tables.iter().filter_map(|(buffer, at)| buffer.bound(*at));
             return Ok(TileField {
                 source: TileSource::of_columns(wgsl),
                 bound: bound.collect(),

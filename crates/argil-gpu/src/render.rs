@@ -285,18 +285,18 @@ impl RenderPasses {
             for first_row in (0..height).step_by(rows as usize) {
                 let band = rows.min(height - first_row);
                 for stage in &stages {
-                    let own = u64::from(width) * u64::from(band);
+                    let pixels = u64::from(width) * u64::from(band);
                     let length = if stage.is_exact {
                         key.field.0 as u64
                     } else {
                         1
                     };
                     // A host submits all at once.
-                    if !is_for_host && work > 0 && work + own * length > WORK_PER_DISPATCH {
+                    if !is_for_host && work > 0 && work + pixels * length > WORK_PER_DISPATCH {
                         all.steps.push(FrameStep::Submit);
                         work = 0;
                     }
-                    work += own * length;
+                    work += pixels * length;
                     let across = |group: u32| [width.div_ceil(group), rows.div_ceil(group), 1];
                     let groups = match stage.threads {
                         Threads::Pixels => Some(across(GROUP)),
@@ -322,8 +322,8 @@ impl RenderPasses {
                         dispatch: all.dispatches.len(),
                         groups,
                     });
-                    let own = dispatch(first_row, stage.first_step, stage.step_count);
-                    all.dispatches.push(own);
+                    let next = dispatch(first_row, stage.first_step, stage.step_count);
+                    all.dispatches.push(next);
                 }
             }
             all.steps.extend(last_steps(key, sample, whole));

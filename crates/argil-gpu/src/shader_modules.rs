@@ -50,9 +50,9 @@ impl From<PassModule> for ShaderModule {
             name: module.label.to_owned(),
             source: module.source,
             entry_points: entry_points
-                .map(|own| ShaderEntryPoint {
-                    name: own.name,
-                    constants: own.constants,
+                .map(|entry_point| ShaderEntryPoint {
+                    name: entry_point.name,
+                    constants: entry_point.constants,
                 })
                 .collect(),
         }
@@ -140,10 +140,10 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), all.len(), "{names:?}");
         for module in &all {
-            for own in &module.entry_points {
-                let function = format!("fn {}(", own.name);
+            for entry_point in &module.entry_points {
+                let function = format!("fn {}(", entry_point.name);
                 assert!(module.source.contains(&function), "{function}");
-                for (constant, _) in &own.constants {
+                for (constant, _) in &entry_point.constants {
                     let is_there = module.source.contains(&format!("override {constant}:"));
                     assert!(is_there, "{}: {constant}", module.name);
                 }

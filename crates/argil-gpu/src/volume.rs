@@ -418,7 +418,7 @@ macro_rules! volumes {
             /// # Errors
             /// If the volume exceeds the device's limits or memory.
             pub async fn upload(field: &GpuProgram, volume: &Volume) -> Result<Self, GpuError> {
-                match volume { $(Volume::$name(own) => Upload::upload(own, field).await,)* }
+                match volume { $(Volume::$name(stored) => Upload::upload(stored, field).await,)* }
             }
         }
     };

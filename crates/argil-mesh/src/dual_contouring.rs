@@ -51,11 +51,11 @@ pub fn contour(voxel_grid: &VoxelGrid, surface: &MarchedMesh, loops: &CellLoops)
     for group in groups {
         let mut begin = group.begin;
         for (axis, &end) in group.ends.iter().enumerate() {
-            let own = begin as usize..end as usize;
-            let vertices = loops.loops_around_edge[own.clone()]
+            let range = begin as usize..end as usize;
+            let vertices = loops.loops_around_edge[range.clone()]
                 .iter()
-                .zip(&spans[own.clone()]);
-            for (([a, b, c, d], span), normal) in vertices.zip(&mesh.normals[own]) {
+                .zip(&spans[range.clone()]);
+            for (([a, b, c, d], span), normal) in vertices.zip(&mesh.normals[range]) {
                 let [a, b, c, d] = [*a, *b, *c, *d];
                 // At the sides of the box, a surface is open.
                 if [a, b, c, d].contains(&u32::MAX) {
@@ -183,8 +183,8 @@ mod tests {
     fn planes_meet_where_they_should() {
         let corner = Vec3::new(0.3, -0.2, 0.7);
         let planes = [Vec3::X, Vec3::Y, Vec3::new(0.0, 0.6, 0.8)];
-        let own = planes.map(|n| (corner + n.any_orthonormal_vector() * 0.2, n));
-        assert!(meet(own.into_iter()).distance(corner) < 1e-6);
+        let crossings = planes.map(|n| (corner + n.any_orthonormal_vector() * 0.2, n));
+        assert!(meet(crossings.into_iter()).distance(corner) < 1e-6);
         // Of two planes, the point on their line that is nearest to the middle; of one, its point.
         let two = [
             (Vec3::new(0.5, 0.1, 0.0), Vec3::X),

@@ -55,20 +55,20 @@ impl Mesh {
     /// If a triangle has a vertex that does not exist.
     pub fn submesh(&self, triangles: &[[u32; 3]]) -> Self {
         let mut place = vec![u32::MAX; self.positions.len()];
-        let mut own = Self::default();
+        let mut part = Self::default();
         for triangle in triangles {
-            own.triangles.push(triangle.map(|i| {
+            part.triangles.push(triangle.map(|i| {
                 let i = i as usize;
                 if place[i] == u32::MAX {
-                    place[i] = own.positions.len() as u32;
-                    own.positions.push(self.positions[i]);
-                    own.normals.extend(self.normals.get(i));
-                    own.materials.extend(self.materials.get(i));
+                    place[i] = part.positions.len() as u32;
+                    part.positions.push(self.positions[i]);
+                    part.normals.extend(self.normals.get(i));
+                    part.materials.extend(self.materials.get(i));
                 }
                 place[i]
             }));
         }
-        own
+        part
     }
 
     /// Returns the triangles with three vertices of their own, and with the faces' own normals if requested: the

@@ -59,8 +59,8 @@ impl MeshFormat {
     }
 
     fn row(self) -> &'static Row {
-        let own = TABLE.iter().find(|row| row.format == self);
-        own.unwrap_or(&TABLE[0])
+        let entry = TABLE.iter().find(|row| row.format == self);
+        entry.unwrap_or(&TABLE[0])
     }
 
     /// Returns the extension of its files, without a dot.

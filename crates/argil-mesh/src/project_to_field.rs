@@ -167,11 +167,11 @@ fn split<'a, T>(
     let mut jobs = Vec::with_capacity(groups.len());
     for group in groups {
         let n = (group.ends[2] - group.begin) as usize;
-        let (own, rest) = positions.split_at_mut(n);
+        let (own_positions, rest) = positions.split_at_mut(n);
         positions = rest;
         let (own_others, rest) = others.split_at_mut(n);
         others = rest;
-        jobs.push((*group, own, own_others));
+        jobs.push((*group, own_positions, own_others));
     }
     jobs
 }
@@ -271,9 +271,13 @@ fn each<T: Copy + Default + Send>(
         .map_init(
             || Evaluator::new(program),
             |evaluator, run| {
-                let own: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
-                let list = cell_programs.cell_program(cell(own[0]));
-                ask(evaluator, list.unwrap_or(program.instructions()), &own)
+                let run_points: Vec<Vec3> = run.iter().map(|&(_, i)| points[i as usize]).collect();
+                let list = cell_programs.cell_program(cell(run_points[0]));
+                ask(
+                    evaluator,
+                    list.unwrap_or(program.instructions()),
+                    &run_points,
+                )
             },
         )
         .collect();

@@ -224,9 +224,9 @@ pub(super) fn orient(
             continue;
         }
         part_of[first] = parts;
-        let (mut todo, mut own, mut turned) = (vec![first as u32], 0u64, Vec::new());
+        let (mut todo, mut size, mut turned) = (vec![first as u32], 0u64, Vec::new());
         while let Some(i) = todo.pop() {
-            own += 1;
+            size += 1;
             let across = beside[i as usize];
             for (edge, next) in edges(mesh.triangles[i as usize]).into_iter().zip(across) {
                 if next == OPEN || next == SEVERAL || part_of[next as usize] != u32::MAX {
@@ -243,7 +243,7 @@ pub(super) fn orient(
             }
         }
         // The smaller group was wrong.
-        repairs.flipped += (turned.len() as u64).min(own - turned.len() as u64);
+        repairs.flipped += (turned.len() as u64).min(size - turned.len() as u64);
         parts += 1;
     }
     repairs.parts = u64::from(parts);
@@ -376,17 +376,17 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], repairs: &mut RepairReport) {
     for &part in &negative {
         let mut around = 0.0;
         // A part whose box does not hold a point is not around it.
-        let can_hold = |own: usize| own != part && boxes[own].contains(a_corner[part]);
+        let can_hold = |other: usize| other != part && boxes[other].contains(a_corner[part]);
         let holds: Vec<bool> = (0..if few { count } else { 0 }).map(can_hold).collect();
         let held = holds.iter().zip(&sizes).filter(|(holds, _)| **holds);
         let triangles: usize = held.map(|(_, size)| size).sum();
         if (1..=work).contains(&triangles) {
             work -= triangles;
             let p = a_corner[part].as_dvec3();
-            for (triangle, &own) in mesh.triangles.iter().zip(part_of) {
-                if holds[own as usize] {
+            for (triangle, &other) in mesh.triangles.iter().zip(part_of) {
+                if holds[other as usize] {
                     let corners = triangle.map(|i| mesh.positions[i as usize].as_dvec3() - p);
-                    let sign = volumes[own as usize].signum();
+                    let sign = volumes[other as usize].signum();
                     around += sign * solid_angle(corners);
                 }
             }

@@ -278,7 +278,7 @@ mod tests {
         };
         let all = mesh.triangles.clone();
         let is_outside =
-            |own: &[u32; 3]| all.iter().filter(|&other| key(other) == key(own)).count() == 1;
+            |one: &[u32; 3]| all.iter().filter(|&other| key(other) == key(one)).count() == 1;
         mesh.triangles.retain(is_outside);
         let before = MeshReport::of(&mesh);
         // The axis, and twice where the caps touch.

@@ -62,8 +62,8 @@ impl Parts {
 
     fn accessor(&mut self, bytes: &[u8], kind: u32, shape: &str, count: usize) -> usize {
         let view = self.view(bytes);
-        let own = json!({"bufferView": view, "componentType": kind, "type": shape, "count": count});
-        self.push("accessors", own)
+        let row = json!({"bufferView": view, "componentType": kind, "type": shape, "count": count});
+        self.push("accessors", row)
     }
 
     fn glb(&self) -> Vec<u8> {
@@ -246,23 +246,23 @@ fn views_that_meshopt_compressed_are_read() {
     ];
     for (index, (bytes, mode, stride, count)) in packed.iter().enumerate() {
         let view = parts.view(bytes);
-        let own = json!({
+        let extension = json!({
             "buffer": 0, "byteOffset": parts.root["bufferViews"][view]["byteOffset"], "byteLength": bytes.len(),
             "byteStride": stride, "count": count, "mode": mode,
         });
         parts.root["bufferViews"][index] = json!({
-            "buffer": 1, "byteLength": stride * count, "byteStride": stride, "extensions": {"EXT_meshopt_compression": own},
+            "buffer": 1, "byteLength": stride * count, "byteStride": stride, "extensions": {"EXT_meshopt_compression": extension},
         });
     }
     parts.root["accessors"][0]["componentType"] = json!(5123);
     parts.root["accessors"][1]["componentType"] = json!(5125);
     parts.root["extensionsRequired"] = json!(["KHR_mesh_quantization", "EXT_meshopt_compression"]);
     assert!((volume(&plain(&parts)) - 1.0).abs() < 1e-6);
-    let own = &mut parts.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"];
-    own["count"] = json!(4_000_000_000_u64);
+    let extension = &mut parts.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"];
+    extension["count"] = json!(4_000_000_000_u64);
     assert!(parts.read().expect_err("a fault").contains("may take"));
-    let own = &mut parts.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"];
-    own["count"] = json!(400);
+    let extension = &mut parts.root["bufferViews"][0]["extensions"]["EXT_meshopt_compression"];
+    extension["count"] = json!(400);
     assert!(parts.read().expect_err("a fault").contains("damaged"));
 }
 

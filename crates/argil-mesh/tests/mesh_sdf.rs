@@ -204,7 +204,7 @@ fn samples_follow_the_triangles() {
 #[test]
 fn files_come_back_as_they_were_written() {
     let mesh = mesh(30);
-    let own = MeshReport::of(&mesh);
+    let written = MeshReport::of(&mesh);
     for format in [
         MeshFormat::Glb,
         MeshFormat::Gltf,
@@ -227,9 +227,13 @@ fn files_come_back_as_they_were_written() {
                 report.triangles,
                 report.euler_characteristic
             ),
-            (own.vertices, own.triangles, own.euler_characteristic)
+            (
+                written.vertices,
+                written.triangles,
+                written.euler_characteristic
+            )
         );
-        assert!((report.volume - own.volume).abs() < 1e-6, "{format:?}");
+        assert!((report.volume - written.volume).abs() < 1e-6, "{format:?}");
 
         // Cut short anywhere: an error or a smaller mesh, never a panic.
         for cut in (0..bytes.len()).step_by(bytes.len() / 97 + 1) {
@@ -316,9 +320,9 @@ fn blocks_of_samples_are_exact() {
         let other = 0.004 * Vec3::new(0.3, 0.8, -0.4);
         mesh.positions
             .extend([foot, foot + side, foot + other, tip]);
-        let own = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         mesh.triangles
-            .extend(own.map(|t: [u32; 3]| t.map(|i| first + i)));
+            .extend(faces.map(|t: [u32; 3]| t.map(|i| first + i)));
     }
     let solid = MeshSdf::new(&mesh).expect("a solid");
     let step = 0.02;
@@ -432,11 +436,14 @@ fn surfaces_with_two_sides_come_out_solid() {
             .iter()
             .map(|&[a, b, c]| if turned { [a, c, b] } else { [b, c, a] });
         both.triangles.extend(again);
-        let own = MeshSdf::new(&both).expect("a solid");
-        assert_eq!(own.triangles(), whole.triangles.len());
-        assert_eq!(own.repairs().parts, solid.repairs().parts);
+        let doubled = MeshSdf::new(&both).expect("a solid");
+        assert_eq!(doubled.triangles(), whole.triangles.len());
+        assert_eq!(doubled.repairs().parts, solid.repairs().parts);
         for p in points().into_iter().take(500) {
-            assert!((own.distance(p) - solid.distance(p)).abs() < 1e-6, "{p}");
+            assert!(
+                (doubled.distance(p) - solid.distance(p)).abs() < 1e-6,
+                "{p}"
+            );
         }
     }
 }
@@ -574,7 +581,7 @@ fn written_gltf_is_read_by_another_library() {
         let mut bytes = Vec::new();
         write(&mesh, format, &MeshWriteOptions::default(), &mut bytes).expect("a file");
         let read = gltf::Gltf::from_slice(&bytes).expect("glTF");
-        let counts: Vec<usize> = read.accessors().map(|own| own.count()).collect();
+        let counts: Vec<usize> = read.accessors().map(|accessor| accessor.count()).collect();
         let expected = [mesh.positions.len(), 3 * mesh.triangles.len()];
         assert!(
             expected.iter().all(|count| counts.contains(count)),

@@ -225,7 +225,7 @@ fn sixths(mesh: &Mesh) -> f64 {
 
 #[test]
 fn relations_name_the_model() {
-    let own = model("", &object(1, &mesh_at(0.0)), "<item objectid=\"1\"/>");
+    let main = model("", &object(1, &mesh_at(0.0)), "<item objectid=\"1\"/>");
     let other = model("", &object(1, &mesh_at(50.0)), "<item objectid=\"1\"/>");
     for [first, second] in [
         ["3D/a.model", "3D/the_main.model"],
@@ -235,12 +235,12 @@ fn relations_name_the_model() {
         let parts = [
             ("_rels/.rels", RELATIONS),
             (first, &other[..]),
-            (second, &own[..]),
+            (second, &main[..]),
             ("Metadata/x.model", "not XML"),
         ];
         let mesh = read(&archive_of(&parts)).expect("a mesh");
         assert_eq!(mesh.aabb().max.x, 1.0);
-        let mesh = read(&archive_of(&[parts[1], ("3D/3dmodel.model", &own)])).expect("a mesh");
+        let mesh = read(&archive_of(&[parts[1], ("3D/3dmodel.model", &main)])).expect("a mesh");
         assert_eq!(mesh.aabb().max.x, 1.0);
         let error = read(&archive_of(&parts[1..3])).expect_err("unclear");
         assert!(error.contains("several models"), "{error}");

@@ -48,9 +48,9 @@ impl FlipMap {
 /// If the sizes differ.
 pub fn flip(a: &Rgb8Image, b: &Rgb8Image, pixels_per_degree: f32) -> Result<FlipMap, SizeMismatch> {
     check_sizes(a, b)?;
-    let [own, other] = [a, b].map(opponent);
-    let color = color_difference(&own, &other, pixels_per_degree);
-    let feature = feature_difference(&own[0], &other[0], pixels_per_degree);
+    let [lab, other] = [a, b].map(opponent);
+    let color = color_difference(&lab, &other, pixels_per_degree);
+    let feature = feature_difference(&lab[0], &other[0], pixels_per_degree);
     let values = color
         .par_iter()
         .zip(&feature)
@@ -135,9 +135,9 @@ fn blurred(plane: &FilterPlane, channel: usize, pixels_per_degree: f32) -> Filte
     let mut out = FilterPlane::from_fn(plane.width, plane.height, |_| 0.0);
     for (weight, line) in gaussians {
         if weight > 0.0 {
-            let own = plane.filtered(&line, &line);
-            for (out, own) in out.values.iter_mut().zip(own.values) {
-                *out += weight / total * own;
+            let filtered_plane = plane.filtered(&line, &line);
+            for (out, value) in out.values.iter_mut().zip(filtered_plane.values) {
+                *out += weight / total * value;
             }
         }
     }

@@ -15,11 +15,11 @@ const REACH: i64 = 2;
 /// Computes the Laplacian of an image.
 pub fn laplacian(picture: &Rgb8Image) -> Rgb8Image {
     let [width, height] = picture.size();
-    let own = picture.pixels();
+    let source = picture.pixels();
     let at = |x: i64, y: i64| {
         let x = x.clamp(0, i64::from(width) - 1) as u32;
         let y = y.clamp(0, i64::from(height) - 1) as u32;
-        own[y as usize * width as usize + x as usize].map(i32::from)
+        source[y as usize * width as usize + x as usize].map(i32::from)
     };
     let pixels: Vec<[u8; 3]> = (0..i64::from(width) * i64::from(height))
         .into_par_iter()
@@ -28,8 +28,8 @@ pub fn laplacian(picture: &Rgb8Image) -> Rgb8Image {
             let mut sum = at(x, y).map(|c| 25 * c);
             for dy in -REACH..=REACH {
                 for dx in -REACH..=REACH {
-                    let own = at(x + dx, y + dy);
-                    sum = std::array::from_fn(|c| sum[c] - own[c]);
+                    let neighbor = at(x + dx, y + dy);
+                    sum = std::array::from_fn(|c| sum[c] - neighbor[c]);
                 }
             }
             sum.map(|c| c.clamp(0, 255) as u8)

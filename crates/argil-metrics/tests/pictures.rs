@@ -12,8 +12,8 @@ fn data(name: &str) -> PathBuf {
 }
 
 fn picture(name: &str) -> Rgb8Image {
-    let own = image::open(data(name)).expect("a picture").to_rgb8();
-    Rgb8Image::new(own.dimensions().into(), own.into_raw()).expect("a picture")
+    let rgb = image::open(data(name)).expect("a picture").to_rgb8();
+    Rgb8Image::new(rgb.dimensions().into(), rgb.into_raw()).expect("a picture")
 }
 
 fn reference() -> Vec<Value> {

@@ -32,13 +32,13 @@ fn median(mut work: impl FnMut()) -> (f64, f64) {
 }
 
 fn main() {
-    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/csg20.json");
     let given: Vec<String> = std::env::args()
         .skip(1)
         .filter(|a| !a.starts_with("--"))
         .collect();
     let number = |i: usize, other: f32| given.get(i).and_then(|n| n.parse().ok()).unwrap_or(other);
-    let path = given.first().map_or(own, |path| path);
+    let path = given.first().map_or(example, |path| path);
     let scene = Scene::open(path).expect("a scene");
     let program = Program::lower(&scene).expect("the scene can be lowered");
     let focus = Aabb::centered(Vec3::ONE);

@@ -113,11 +113,11 @@ pub(crate) fn finish(
 /// Sets the normal of a ray that hit with its first step, where the box clips a solid.
 #[cold]
 fn face_clip(frame: &FrameUniform, wave: &RayBatch, ray: usize, hit: &mut Hit) {
-    let own = Ray {
+    let primary_ray = Ray {
         origin: Vec3::from(frame.eye),
         direction: Vec3::from([0, 1, 2].map(|axis: usize| wave.direction[axis][ray])),
     };
-    set_clip_normal(frame, own, hit);
+    set_clip_normal(frame, primary_ray, hit);
 }
 
 fn kind_of(side: f32) -> u32 {

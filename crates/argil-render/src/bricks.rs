@@ -51,12 +51,12 @@ fn trace_bricks(
     let TileScratch {
         starts,
         wave,
-        own,
+        source,
         points,
         hits,
         ..
     } = scratch;
-    let BrickScratch { cones, near } = own.of();
+    let BrickScratch { cones, near } = source.of();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
     cones.march(frame, tile, starts, &mut &*bricks, out);

@@ -188,13 +188,13 @@ fn step<T: Texel>(
         }
     }
     for i in 0..n {
-        let own = level[i];
-        let upper = if own == 0 {
+        let current = level[i];
+        let upper = if current == 0 {
             above_finest
         } else {
-            top.min(own + 1)
+            top.min(current + 1)
         };
-        let is_saturated = gaps[i] >= SATURATED * length * (1u32 << own) as f32;
+        let is_saturated = gaps[i] >= SATURATED * length * (1u32 << current) as f32;
         level[i] = if is_saturated { upper } else { lower[i] };
     }
 }

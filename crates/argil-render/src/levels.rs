@@ -79,7 +79,7 @@ fn trace_levels(
     let TileScratch {
         starts,
         wave,
-        own,
+        source,
         points,
         hits,
         ..
@@ -90,7 +90,7 @@ fn trace_levels(
         near,
         pixels,
         notes,
-    } = own.of();
+    } = source.of();
     notes.asked.clear();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());

@@ -129,11 +129,11 @@ impl LiveImage {
                 || FieldProbe::new(program, None),
                 |probe, run| {
                     let tile = tile_of(first, run);
-                    SCRATCH.with_borrow_mut(|(scratch, own)| {
-                        draw_tile(rays, frames, tile, probe, scratch, own, &mut []);
-                        let reaches = reaches(frames, tile, &own.hits);
-                        own.counts.clear();
-                        (tile, own.rgb.clone(), reaches)
+                    SCRATCH.with_borrow_mut(|(scratch, picture)| {
+                        draw_tile(rays, frames, tile, probe, scratch, picture, &mut []);
+                        let reaches = reaches(frames, tile, &picture.hits);
+                        picture.counts.clear();
+                        (tile, picture.rgb.clone(), reaches)
                     })
                 },
             )

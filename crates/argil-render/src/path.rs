@@ -84,7 +84,7 @@ pub fn continue_paths(
         let begin = (tile.first_row as usize + row) * size[0] as usize + tile.first_x as usize;
         begin..begin + tile.width as usize
     };
-    let mut own: Vec<Vec<Pixel>> = all
+    let mut of_tiles: Vec<Vec<Pixel>> = all
         .iter()
         .map(|tile| {
             let rows = 0..tile.area() / tile.width as usize;
@@ -118,33 +118,36 @@ pub fn continue_paths(
                 let limit = options.time_limit.filter(|_| pass > 0 || turn > first);
                 control.is_cancelled() || limit.is_some_and(|limit| start.elapsed() >= limit)
             };
-            own.par_iter_mut().zip(&all).for_each(|(pixels, tile)| {
-                for (y, row) in (tile.first_row..).zip(pixels.chunks_mut(tile.width as usize)) {
-                    if is_over() {
-                        return;
-                    }
-                    for (x, pixel) in (tile.first_x..).zip(row) {
-                        if sparse.is_some() && (turn_of(x, y) != turn || pixel.count > 0) {
-                            continue;
+            of_tiles
+                .par_iter_mut()
+                .zip(&all)
+                .for_each(|(pixels, tile)| {
+                    for (y, row) in (tile.first_row..).zip(pixels.chunks_mut(tile.width as usize)) {
+                        if is_over() {
+                            return;
                         }
-                        let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
-                        let [u, v] = sampler.pair();
-                        let on_lens = sampler.pair();
-                        let place = [x as f32 + u, y as f32 + v];
-                        let (origin, direction) = view.ray(frame, place, on_lens);
-                        pixel.add(&integrator.path(origin, direction, &mut sampler));
+                        for (x, pixel) in (tile.first_x..).zip(row) {
+                            if sparse.is_some() && (turn_of(x, y) != turn || pixel.count > 0) {
+                                continue;
+                            }
+                            let mut sampler = Sampler::new(y * size[0] + x, pixel.count);
+                            let [u, v] = sampler.pair();
+                            let on_lens = sampler.pair();
+                            let place = [x as f32 + u, y as f32 + v];
+                            let (origin, direction) = view.ray(frame, place, on_lens);
+                            pixel.add(&integrator.path(origin, direction, &mut sampler));
+                        }
                     }
-                }
-                control.advance(if sparse.is_some() { 1 } else { TURNS.into() });
-            });
+                    control.advance(if sparse.is_some() { 1 } else { TURNS.into() });
+                });
             if is_over() {
                 break 'passes;
             }
         }
     }
-    for (tile, own) in all.iter().zip(own) {
-        for (row, own) in own.chunks(tile.width as usize).enumerate() {
-            still.pixels[row_of(tile, row)].copy_from_slice(own);
+    for (tile, tile_pixels) in all.iter().zip(of_tiles) {
+        for (row, row_pixels) in tile_pixels.chunks(tile.width as usize).enumerate() {
+            still.pixels[row_of(tile, row)].copy_from_slice(row_pixels);
         }
     }
 }

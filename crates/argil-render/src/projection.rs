@@ -51,7 +51,7 @@ impl Projection {
             DMat4::from_cols_array_2d(&clip_from_world.map(|column| column.map(f64::from)));
         let inverse = matrix.is_finite().then(|| matrix.inverse())?;
         let apex = inverse * DVec4::Z;
-        let own = match apex.w.abs() > NO_EYE * apex.truncate().length() {
+        let view = match apex.w.abs() > NO_EYE * apex.truncate().length() {
             true => {
                 let growth = matrix.row(3).truncate().length();
                 let eye = apex.truncate() / apex.w;
@@ -84,8 +84,8 @@ impl Projection {
             }
         };
         let is_sound = |v: DVec3| v.as_vec3().is_finite() && v.as_vec3().length() > 0.0;
-        let are_sound = is_sound(own.right) && is_sound(own.up) && is_sound(own.forward);
-        (own.eye.as_vec3().is_finite() && are_sound).then_some(own)
+        let are_sound = is_sound(view.right) && is_sound(view.up) && is_sound(view.forward);
+        (view.eye.as_vec3().is_finite() && are_sound).then_some(view)
     }
 
     /// Returns the matrix.

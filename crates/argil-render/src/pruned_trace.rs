@@ -82,8 +82,8 @@ fn trace_pruned(
     scratch: &mut TileScratch,
     out: &mut [Hit],
 ) {
-    let TileScratch { starts, own, .. } = scratch;
-    let slabs: &mut Slabs = own.of();
+    let TileScratch { starts, source, .. } = scratch;
+    let slabs: &mut Slabs = source.of();
     starts.fill(frame, tile);
     out[..tile.area()].fill(Hit::default());
     slabs.blocks.resize_with(BLOCKS, RayBlock::new);

@@ -44,7 +44,7 @@ impl RayTracer for Raster<'_> {
         scratch: &mut TileScratch,
         out: &mut [Hit],
     ) {
-        self.draw(frame, tile, scratch.own.of(), out);
+        self.draw(frame, tile, scratch.source.of(), out);
     }
 }
 
@@ -127,9 +127,9 @@ impl<'a> Raster<'a> {
         out[..tile.area()].fill(Hit::default());
         let [ex, ey, ez] = frame.eye;
         let eye = Vec3::new(ex, ey, ez);
-        let own = (tile.first_row / TILE_HEIGHT) as usize * self.across
+        let tile_index = (tile.first_row / TILE_HEIGHT) as usize * self.across
             + (tile.first_x / TILE_WIDTH) as usize;
-        let range = self.begins[own] as usize..self.begins[own + 1] as usize;
+        let range = self.begins[tile_index] as usize..self.begins[tile_index + 1] as usize;
         let (right, last) = (
             tile.first_x + tile.width - 1,
             tile.first_row + tile.rows - 1,
@@ -181,8 +181,8 @@ impl<'a> Raster<'a> {
         if self.mesh.normals.is_empty() {
             return flat();
         }
-        let own = corners.map(|i| self.mesh.normals[i as usize]);
-        let mixed = own[0] * shares[0] + own[1] * shares[1] + own[2] * shares[2];
+        let normals = corners.map(|i| self.mesh.normals[i as usize]);
+        let mixed = normals[0] * shares[0] + normals[1] * shares[1] + normals[2] * shares[2];
         mixed.try_normalize().unwrap_or_else(flat)
     }
 }

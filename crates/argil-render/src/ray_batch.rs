@@ -166,7 +166,7 @@ impl RayBatch {
             }
         };
         let [x, y, z] = &mut self.direction;
-        let own = [
+        let lanes = [
             &mut self.t,
             &mut self.end,
             &mut self.side,
@@ -174,7 +174,7 @@ impl RayBatch {
             &mut self.last_gap,
             &mut self.last_way,
         ];
-        for array in [x, y, z].into_iter().chain(own) {
+        for array in [x, y, z].into_iter().chain(lanes) {
             close(array, &self.places);
         }
         for (to, &from) in self.places.iter().enumerate() {
@@ -201,7 +201,7 @@ pub struct Points {
     pub z: Vec<f32>,
     pub d: Vec<f32>,
     /// Buffers of what measures them.
-    pub(crate) own: SourceScratch,
+    pub(crate) source: SourceScratch,
 }
 
 impl Points {

@@ -33,7 +33,10 @@ impl RayStatistics {
     ) -> Self {
         let all = |histograms: [&[u32]; 2]| {
             let mut all = Histogram::default();
-            for (count, rays) in histograms.iter().flat_map(|own| (0..).zip(own.iter())) {
+            for (count, rays) in histograms
+                .iter()
+                .flat_map(|histogram| (0..).zip(histogram.iter()))
+            {
                 if *rays > 0 {
                     all.add(count, u64::from(*rays));
                 }

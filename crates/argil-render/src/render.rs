@@ -86,17 +86,17 @@ fn draw(
                 if control.is_cancelled() {
                     return;
                 }
-                SCRATCH.with_borrow_mut(|(scratch, own)| {
-                    draw_tile(rays, frames, tile, probe, scratch, own, &mut hit_rows);
-                    let rows = own.rgb.chunks(3 * tile.width as usize);
+                SCRATCH.with_borrow_mut(|(scratch, picture)| {
+                    draw_tile(rays, frames, tile, probe, scratch, picture, &mut hit_rows);
+                    let rows = picture.rgb.chunks(3 * tile.width as usize);
                     for (to, from) in rgb_rows.into_iter().zip(rows) {
                         to.copy_from_slice(from);
                     }
-                    hit_pixels.fetch_add(covered(&own.colors), Ordering::Relaxed);
+                    hit_pixels.fetch_add(covered(&picture.colors), Ordering::Relaxed);
                     if let Ok(mut counts) = counts.lock() {
-                        counts.merge(&own.counts);
+                        counts.merge(&picture.counts);
                     }
-                    own.counts.clear();
+                    picture.counts.clear();
                 });
                 control.advance(1);
             },
@@ -120,15 +120,15 @@ pub(crate) fn draw_tile(
     tile: Tile,
     probe: &mut FieldProbe<'_>,
     scratch: &mut TileScratch,
-    own: &mut TilePicture,
+    picture: &mut TilePicture,
     hit_rows: &mut [&mut [Hit]],
 ) {
-    own.colors.clear();
-    own.colors.resize(tile.area(), [0.0; 4]);
+    picture.colors.clear();
+    picture.colors.resize(tile.area(), [0.0; 4]);
     let air = rays.and_then(RayTracer::distance_source);
     for (i, frames) in frames.chunks(LIT_TOGETHER).enumerate() {
-        own.hits.resize_with(frames.len(), Vec::new);
-        for (frame, hits) in frames.iter().zip(&mut own.hits) {
+        picture.hits.resize_with(frames.len(), Vec::new);
+        for (frame, hits) in frames.iter().zip(&mut picture.hits) {
             hits.resize(tile.area(), Hit::default());
             if let Some(rays) = rays {
                 rays.trace(frame, tile, probe, scratch, hits);
@@ -136,19 +136,19 @@ pub(crate) fn draw_tile(
         }
         if i == 0 {
             if is_counted(&frames[0]) {
-                own.counts.add(&own.hits[0]);
+                picture.counts.add(&picture.hits[0]);
             }
-            let rows = own.hits[0].chunks(tile.width as usize);
+            let rows = picture.hits[0].chunks(tile.width as usize);
             for (to, from) in hit_rows.iter_mut().zip(rows) {
                 to.copy_from_slice(from);
             }
         }
-        let colors = &mut own.colors;
-        shade_tile(frames, tile, probe, air, scratch, &own.hits, colors);
+        let colors = &mut picture.colors;
+        shade_tile(frames, tile, probe, air, scratch, &picture.hits, colors);
     }
-    own.rgb.resize(3 * tile.area(), 0);
+    picture.rgb.resize(3 * tile.area(), 0);
     if let Some(first) = frames.first() {
-        show(first, tile, &own.colors, &mut own.rgb);
+        show(first, tile, &picture.colors, &mut picture.rgb);
     }
 }
 

@@ -139,17 +139,17 @@ pub fn frame_uniforms(
     let [right, up, forward] = camera.axes();
     let half_height = (0.5 * camera.field_of_view_degrees).to_radians().tan();
     let half_width = half_height * width as f32 / height as f32;
-    let own = |of_radius: f32, of_voxel: f32| {
+    let default_length = |of_radius: f32, of_voxel: f32| {
         voxel_grid.map_or(of_radius * radius, |voxel_grid| {
             of_voxel * voxel_grid.voxel_size
         })
     };
-    let epsilon = settings.epsilon.unwrap_or(own(1e-4, 0.02));
+    let epsilon = settings.epsilon.unwrap_or(default_length(1e-4, 0.02));
     let normal_bias = settings
         .normal_bias
         .unwrap_or_else(|| match settings.normals {
             NormalSource::Field => 5e-4 * radius,
-            _ => own(5e-4, 1.0),
+            _ => default_length(5e-4, 1.0),
         });
     // Light is gathered above the surface, because a volume's surface is not quite the field's, which casts the
     // shadows.

@@ -25,8 +25,12 @@ pub(crate) fn shade_tile(
 ) {
     let Some(first) = frames.first() else { return };
     if first.mode == abi::MODE_SHADED {
-        let TileScratch { points, own, .. } = scratch;
-        let light: &mut Light = own.of();
+        let TileScratch {
+            points,
+            source: scratch_of_source,
+            ..
+        } = scratch;
+        let light: &mut Light = scratch_of_source.of();
         let mut source = LightSource { probe, air };
         light.gather(frames, tile, &mut source, points, hits);
         reflect::add_colors(first, light, out);

@@ -88,7 +88,7 @@ macro_rules! volumes {
     ($($name:ident),*) => {
         impl RenderSource for argil_volume::Volume {
             fn tracer<'a>(&'a self, first: &FrameUniform) -> Option<Box<dyn RayTracer + 'a>> {
-                match self { $(Self::$name(own) => own.tracer(first),)* }
+                match self { $(Self::$name(volume) => volume.tracer(first),)* }
             }
         }
     };

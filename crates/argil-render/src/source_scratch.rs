@@ -14,7 +14,7 @@ impl SourceScratch {
             self.0.push(Box::new(T::default()));
             self.0.len() - 1
         });
-        let own = self.0[place].downcast_mut();
-        own.expect("the place was found by its type")
+        let scratch = self.0[place].downcast_mut();
+        scratch.expect("the place was found by its type")
     }
 }

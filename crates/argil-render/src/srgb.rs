@@ -48,7 +48,10 @@ impl SrgbTable {
             let root = step as f32 / STEPS as f32;
             // A little less, because rounding may put light into the next step.
             let least = root * root * 0.999_99;
-            *first = light[1..256].iter().filter(|own| **own <= least).count() as u32;
+            *first = light[1..256]
+                .iter()
+                .filter(|level| **level <= least)
+                .count() as u32;
         }
         Self { first, light, gain }
     }
@@ -84,8 +87,8 @@ fn show(table: &SrgbTable, [first_x, y]: [u32; 2], colors: &[[f32; 4]], rgb: &mu
         let mut thresholds = [0.0; LANES];
         for (index, threshold) in thresholds.iter_mut().enumerate() {
             let along = 0.067_110_56 * (x + index as u32) as f32 + row;
-            let own = 52.982_918 * (along - along.floor());
-            *threshold = own - own.floor();
+            let noise = 52.982_918 * (along - along.floor());
+            *threshold = noise - noise.floor();
         }
         let mut bytes = [[0; LANES]; 3];
         for (channel, bytes) in bytes.iter_mut().enumerate() {
@@ -128,7 +131,7 @@ mod tests {
     fn the_table_agrees_with_the_function() {
         let thresholds: Vec<f32> = (0..64).map(|index| (index as f32 + 0.5) / 64.0).collect();
         for c in (0..1 << 12).map(|i| i as f32 / 4095.0) {
-            let bytes = thresholds.iter().map(|&own| SRGB.byte(c, own) as f32);
+            let bytes = thresholds.iter().map(|&dither| SRGB.byte(c, dither) as f32);
             let mean = bytes.sum::<f32>() / 64.0;
             assert!((mean - exact(c)).abs() < 0.03, "{c}: {mean} {}", exact(c));
         }
@@ -159,8 +162,8 @@ mod tests {
         for part in 0..16 {
             let bytes = (64 * part..64 * part + 64).map(|x| f32::from(rgb[3 * x]));
             let mean = bytes.sum::<f32>() / 64.0;
-            let own = exact(light(64 * part + 32));
-            assert!((mean - own).abs() < 0.1, "{part}: {mean} {own}");
+            let expected = exact(light(64 * part + 32));
+            assert!((mean - expected).abs() < 0.1, "{part}: {mean} {expected}");
         }
     }
 }

@@ -10,7 +10,7 @@ use argil_abi::Hit;
 pub struct TileScratch {
     pub(crate) starts: RaySetup,
     pub(crate) wave: RayBatch,
-    pub(crate) own: SourceScratch,
+    pub(crate) source: SourceScratch,
     pub(crate) points: Points,
     pub(crate) hits: Vec<u32>,
 }

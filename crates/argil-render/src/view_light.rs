@@ -53,7 +53,7 @@ impl ViewLight {
     /// Returns the light of a view: its first sun, up to eight other lights, and its fog. An environment that is an image becomes
     /// three colors, and one that is not loaded the sky.
     pub fn of_view(view: &View) -> Self {
-        let mut own = Self {
+        let mut lit = Self {
             fog: view.fog.filter(|fog| fog.density > 0.0),
             development: Development::of_view(view),
             ambient_occlusion: view.ambient_occlusion,
@@ -61,34 +61,34 @@ impl ViewLight {
         };
         match &view.environment {
             Environment::Sky => {}
-            Environment::Color { radiance } => (own.sky, own.glow) = ([*radiance; 3], 0.0),
+            Environment::Color { radiance } => (lit.sky, lit.glow) = ([*radiance; 3], 0.0),
             Environment::Image {
                 strength, image, ..
             } => {
                 if let Some(image) = &image.0 {
-                    (own.sky, own.glow) = (bands(image, *strength), 0.0);
+                    (lit.sky, lit.glow) = (bands(image, *strength), 0.0);
                 }
             }
         }
         let Some(lights) = &view.lights else {
-            return own;
+            return lit;
         };
-        own.sun_irradiance = [0.0; 3];
+        lit.sun_irradiance = [0.0; 3];
         let mut has_sun = false;
         for light in lights {
             match light {
                 Light::Sun { irradiance, .. } if !has_sun => {
-                    (own.sun_irradiance, has_sun) = (*irradiance, true);
+                    (lit.sun_irradiance, has_sun) = (*irradiance, true);
                 }
-                _ if own.lamp_count < abi::MAX_LAMPS => {
-                    let first = 4 * own.lamp_count as usize;
-                    own.lamps[first..first + 4].copy_from_slice(&lamp_rows(light));
-                    own.lamp_count += 1;
+                _ if lit.lamp_count < abi::MAX_LAMPS => {
+                    let first = 4 * lit.lamp_count as usize;
+                    lit.lamps[first..first + 4].copy_from_slice(&lamp_rows(light));
+                    lit.lamp_count += 1;
                 }
                 _ => {}
             }
         }
-        own
+        lit
     }
 
     /// Returns how many lights of a view an image leaves out, because it has one sun and eight others.

@@ -215,10 +215,10 @@ impl Scene {
     ) -> Result<EditOutcome, EditError> {
         // Check everything before changing anything.
         let mut open = vec![tree];
-        while let Some(own) = open.pop() {
-            check_group(own)?;
-            self.check_entry(&own.desc)?;
-            open.extend(&own.children);
+        while let Some(subtree) = open.pop() {
+            check_group(subtree)?;
+            self.check_entry(&subtree.desc)?;
+            open.extend(&subtree.children);
         }
         self.check_place(parent, index)?;
         let node = self.add_detached(tree);

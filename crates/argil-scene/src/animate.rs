@@ -127,14 +127,14 @@ mod tests {
             });
         }
         let node = scene.push(sphere).expect("a valid brush").node;
-        let own = scene.node(node).at_current_time().clone();
+        let before = scene.node(node).at_current_time().clone();
         scene
             .apply(crate::Edit::Remove { node })
             .expect("it is there");
         scene.set_time(1.0);
         assert!(scene.undo().is_some());
         let there = scene.node(node).at_current_time();
-        assert_ne!(*there, own);
+        assert_ne!(*there, before);
         assert_eq!(
             there.modifiers,
             [Modifier::Translate {

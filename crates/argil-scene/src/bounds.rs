@@ -267,7 +267,7 @@ impl<'a> Extents<'a> {
         let parents_first: Vec<NodeId> = self.scene.descendants(id).collect();
         let nodes = self.scene.nodes.len();
         self.known.expect(parents_first.len(), nodes);
-        let mut found = [Extent::EMPTY; 2];
+        let mut extents = [Extent::EMPTY; 2];
         for &id in parents_first.iter().rev() {
             let node = self.scene.node(id);
             let content = match &node.at_current_time().kind {
@@ -279,11 +279,11 @@ impl<'a> Extents<'a> {
                 .modifiers
                 .iter()
                 .fold(content, |e, m| e.modified(m));
-            found = [content, outer];
-            self.known.insert(id, found);
+            extents = [content, outer];
+            self.known.insert(id, extents);
         }
         // The node itself was the last.
-        found
+        extents
     }
 
     /// Returns the extent of a list of operands.
@@ -294,7 +294,10 @@ impl<'a> Extents<'a> {
         let (mut bulges, mut greatest) = (0.0f32, 0.0f32);
         for &id in children {
             let entry = self.scene.node(id).at_current_time();
-            let operand = self.known.get(id).map_or(Extent::EMPTY, |own| own[1]);
+            let operand = self
+                .known
+                .get(id)
+                .map_or(Extent::EMPTY, |extents| extents[1]);
             if !entry.visible || operand.aabb.is_empty() {
                 continue;
             }
@@ -378,12 +381,12 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
         Modifier::Repeat { spacing, count } => {
             let reach = content.aabb.min.abs().max(content.aabb.max.abs());
             // An axis without copies has one.
-            let own = |axis: usize| match count {
+            let copies = |axis: usize| match count {
                 Some(count) => count[axis],
                 None if spacing[axis] > 0.0 => u32::MAX,
                 None => 1,
             };
-            let there = std::array::from_fn(own);
+            let there = std::array::from_fn(copies);
             (there, reach.to_array(), spacing)
         }
         Modifier::RadialRepeat { count } => {
@@ -393,8 +396,8 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
         }
         _ => return [1; 3],
     };
-    let own = nearest_is_own(modifier, content);
-    let axes = || (0..3).filter(|&axis| there[axis] > 1 && !own[axis]);
+    let is_nearest = nearest_is_own(modifier, content);
+    let axes = || (0..3).filter(|&axis| there[axis] > 1 && !is_nearest[axis]);
     let all = axes().fold(1u64, |all, axis| all.saturating_mul(there[axis].into()));
     let overlap = axes().any(|axis| extent[axis] > 0.5 * step[axis]);
     // Where a copy's distance may be much too short, the nearest copies may not have the shortest distances. Jumps of that
@@ -403,7 +406,7 @@ pub fn evaluated_copies(modifier: &Modifier, content: &Extent) -> [u32; 3] {
     let takes_all = (overlap && content.max_underestimate > 0.0 || is_loose) && all <= FEW_COPIES;
     std::array::from_fn(|axis| match there[axis] {
         0 | 1 => 1,
-        _ if own[axis] => 1,
+        _ if is_nearest[axis] => 1,
         there if takes_all => there,
         there => neighbor_copies(extent[axis], step[axis]).min(there),
     })

@@ -320,9 +320,9 @@ impl Scene {
                 // The description may be older than its mesh.
                 self.load(&mut entry);
                 self.count(node, false);
-                let own = &mut self.nodes[node.index()];
-                std::mem::swap(&mut own.desc, &mut entry);
-                own.evaluated = pose_of(&own.desc, self.time);
+                let stored = &mut self.nodes[node.index()];
+                std::mem::swap(&mut stored.desc, &mut entry);
+                stored.evaluated = pose_of(&stored.desc, self.time);
                 self.count(node, true);
                 HistoryStep::Set { node, entry }
             }
@@ -397,8 +397,8 @@ impl Scene {
             .filter(|&id| !self.node(id).desc.keyframes.is_empty())
             .collect();
         for id in moving {
-            let own = &mut self.nodes[id.index()];
-            own.evaluated = pose_of(&own.desc, time);
+            let stored = &mut self.nodes[id.index()];
+            stored.evaluated = pose_of(&stored.desc, time);
         }
         self.count(node, true);
     }

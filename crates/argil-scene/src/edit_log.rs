@@ -181,8 +181,8 @@ impl Scene {
     /// If the line is invalid, or names a node that does not exist.
     pub fn read_action(&self, line: &str) -> Result<Action, LogError> {
         let node_of = |path: &str| {
-            let found = self.node_by_path(path);
-            found.ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
+            let node = self.node_by_path(path);
+            node.ok_or_else(|| LogError::NoSuchPath(path.to_owned()))
         };
         let read = serde_json::from_slice(line.as_bytes());
         Ok(

@@ -17,7 +17,7 @@ impl Scene {
             Some(material) => material.check()?,
             None => self.check_unused(&name)?,
         }
-        let material = material.map(|own| self.with_images(own));
+        let material = material.map(|material| self.with_images(material));
         Ok(HistoryStep::SetMaterial {
             name,
             material,
@@ -57,7 +57,7 @@ impl Scene {
         let count = self.materials.len();
         let is_unused = match (self.materials.get_index_of(name), &material) {
             (None, _) => place.is_none_or(|place| place >= count),
-            (Some(own), None) => own + 1 == count,
+            (Some(index), None) => index + 1 == count,
             (Some(_), Some(_)) => false,
         };
         self.history.note(match is_unused {

@@ -338,8 +338,8 @@ impl TempFile {
         // Systems that lock no files keep abandoned ones.
         let _ = file.as_file().try_lock();
         all.push(file.path().into());
-        let own = Self(file.path().into());
-        Ok((file, own))
+        let guard = Self(file.path().into());
+        Ok((file, guard))
     }
 }
 

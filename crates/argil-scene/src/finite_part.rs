@@ -49,9 +49,9 @@ impl Extents<'_> {
         }
         let (mut all, mut any) = (Aabb::EMPTY, false);
         for &child in node.children() {
-            let own = scene.node(child).at_current_time();
+            let operand = scene.node(child).at_current_time();
             // The first operand has nothing to act on unless it adds.
-            if own.visible && (any || own.operator.kind == OperatorKind::Union) {
+            if operand.visible && (any || operand.operator.kind == OperatorKind::Union) {
                 any = true;
                 all = all.union(parts.get(&child).copied().unwrap_or(Aabb::EMPTY));
             }

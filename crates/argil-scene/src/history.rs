@@ -36,12 +36,13 @@ pub(crate) enum HistoryStep {
 impl HistoryStep {
     /// Returns its approximate size in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        let own = match self {
+        let heap_bytes = match self {
             Self::Set { entry, .. } => {
                 let text = entry.name.len() + entry.material.as_ref().map_or(0, String::len);
                 let keyframes = size_of_val(&entry.keyframes[..]);
                 let modifiers = entry.modifiers.iter();
-                let modifiers = modifiers.map(|own| size_of_val(own) + own.heap_bytes());
+                let modifiers =
+                    modifiers.map(|modifier| size_of_val(modifier) + modifier.heap_bytes());
                 text + modifiers.sum::<usize>() + keyframes + entry.kind.heap_bytes()
             }
             Self::SetView { view } => {
@@ -49,7 +50,7 @@ impl HistoryStep {
             }
             _ => 0,
         };
-        (size_of::<Self>() + own) as u64
+        (size_of::<Self>() + heap_bytes) as u64
     }
 }
 

@@ -96,13 +96,13 @@ impl Scene {
 /// Returns an error with line and column of a file that is no tree.
 fn syntax_error(path: &Path, error: &ReaderError) -> ImportError {
     let (location, reason) = match error {
-        ReaderError::SyntaxError(own) => (Some(&own.location), "invalid JSON".into()),
+        ReaderError::SyntaxError(error) => (Some(&error.location), "invalid JSON".into()),
         ReaderError::UnexpectedValueType {
             expected,
             actual,
             location,
         } => {
-            let [expected, actual] = [expected, actual].map(|own| own.to_string().to_lowercase());
+            let [expected, actual] = [expected, actual].map(|kind| kind.to_string().to_lowercase());
             (
                 Some(location),
                 format!("expected {expected}, found {actual}"),
@@ -120,11 +120,11 @@ fn syntax_error(path: &Path, error: &ReaderError) -> ImportError {
         ),
         other => (None, other.to_string()),
     };
-    let place = location.and_then(|own| own.line_pos.as_ref());
+    let place = location.and_then(|location| location.line_pos.as_ref());
     ImportError::Syntax {
         path: path.into(),
-        line: place.map_or(1, |own| own.line + 1),
-        column: place.map_or(1, |own| own.column + 1),
+        line: place.map_or(1, |position| position.line + 1),
+        column: place.map_or(1, |position| position.column + 1),
         reason,
     }
 }
@@ -243,10 +243,10 @@ fn to_scene(tree: &[TreeNode]) -> Result<Scene, Failure> {
         let modifiers = transform(&node.fields).map_err(failed)?;
         match text(&node.fields, "nodeType").map_err(failed)? {
             "primitive" => {
-                let (shape, mut own) = primitive(&node.fields).map_err(failed)?;
+                let (shape, mut shape_modifiers) = primitive(&node.fields).map_err(failed)?;
                 let mut entry: NodeDesc = Brush::new(shape).into();
-                own.extend(modifiers);
-                (entry.operator, entry.modifiers) = (operand.operator, own);
+                shape_modifiers.extend(modifiers);
+                (entry.operator, entry.modifiers) = (operand.operator, shape_modifiers);
                 entry.material =
                     Some(material(&mut scene, &mut colors, &node.fields).map_err(failed)?);
                 entry.check().map_err(failed)?;

@@ -33,15 +33,15 @@ pub fn max_blend_propagation(blend: f32, has_chamfers: bool, interest: f32) -> f
 /// Returns a box outside which the scene's distance, clamped to ±`band`, does not depend on a node.
 pub(crate) fn influence(scene: &Scene, extents: &mut Extents<'_>, node: NodeId, band: f32) -> Aabb {
     // The first box counts every later blend. The next ones count only operands near the previous box.
-    let mut found = Aabb::ALL;
+    let mut bounds = Aabb::ALL;
     for _ in 0..4 {
-        let tighter = grown_box(scene, extents, node, band, found);
-        if tighter == found {
+        let tighter = grown_box(scene, extents, node, band, bounds);
+        if tighter == bounds {
             break;
         }
-        found = tighter;
+        bounds = tighter;
     }
-    found
+    bounds
 }
 
 fn grown_box(

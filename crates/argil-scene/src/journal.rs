@@ -103,9 +103,9 @@ impl Journal {
     pub fn create_new(path: impl AsRef<Path>, scene: &Scene) -> Result<Self, JournalError> {
         let path = path.as_ref();
         let line = Self::head_line(scene)?;
-        let made =
+        let journal =
             write_new(path, line.as_bytes()).and_then(|()| Self::open(path, line.len() as u64));
-        made.map_err(|source| match source.kind() {
+        journal.map_err(|source| match source.kind() {
             std::io::ErrorKind::AlreadyExists => JournalError::Exists(path.into()),
             _ => JournalError::Io {
                 path: path.into(),
@@ -409,8 +409,8 @@ mod tests {
         assert_eq!(Journal::recover(&path).expect("a journal").edits, 0);
         journal.file = writable;
         journal.replay(&mut scene, insert).expect("room");
-        let found = Journal::recover(&path).expect("a journal");
-        assert_eq!((found.edits, found.torn_bytes), (3, 0));
-        assert!(found.scene == scene);
+        let recovered = Journal::recover(&path).expect("a journal");
+        assert_eq!((recovered.edits, recovered.torn_bytes), (3, 0));
+        assert!(recovered.scene == scene);
     }
 }

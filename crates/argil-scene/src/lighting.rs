@@ -142,9 +142,9 @@ impl Light {
 /// Checks lights.
 pub(crate) fn check_lights(lights: &[Light]) -> Result<(), ValidationError> {
     if lights.len() > MAX_LIGHTS {
-        let found = lights.len();
+        let count = lights.len();
         let reason = format!(
-            "{found} lights are too many: a scene has up to {MAX_LIGHTS}; let materials emit light instead"
+            "{count} lights are too many: a scene has up to {MAX_LIGHTS}; let materials emit light instead"
         );
         return Err(ValidationError::new("lights", reason));
     }

@@ -30,8 +30,8 @@ impl MarginRequest {
 
     /// Changes the requested margins, from the next edit on.
     pub fn set(&self, bands: Bands) {
-        for (own, band) in self.0.iter().zip(bands) {
-            own.store(band.max(0.0).to_bits(), Ordering::Relaxed);
+        for (bits, band) in self.0.iter().zip(bands) {
+            bits.store(band.max(0.0).to_bits(), Ordering::Relaxed);
         }
     }
 }
@@ -65,8 +65,8 @@ impl MarginRequests {
     /// Returns the largest of all requested margins.
     pub(crate) fn maximum(&self) -> Bands {
         let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let held = all.iter().filter_map(Weak::upgrade);
-        let widest = held
+        let requests = all.iter().filter_map(Weak::upgrade);
+        let widest = requests
             .map(|watch| bands_of(&watch))
             .reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]);
         widest.unwrap_or(NO_MARGINS)

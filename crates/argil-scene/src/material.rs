@@ -86,7 +86,7 @@ impl Material {
         not_negative("attenuation_distance", self.attenuation_distance)?;
         let textures = self.textures.as_ref();
         textures
-            .map_or(Ok(()), |own| own.check())
+            .map_or(Ok(()), |textures| textures.check())
             .map_err(|fault| fault.within("textures"))
     }
 }

@@ -148,8 +148,9 @@ pub(crate) fn region_after(modifier: &Modifier, region: Aabb, content: &Extent) 
             after = around_y(r, region);
         }
         Modifier::Twist { .. } | Modifier::Bend { .. } => {
-            let held = |of: &Extent| modifier.clamp(of).map_or(Aabb::ALL, |clamp| clamp.aabb);
-            after = held(&Extent::within(region)).intersection(held(content));
+            let clamp_bounds =
+                |of: &Extent| modifier.clamp(of).map_or(Aabb::ALL, |clamp| clamp.aabb);
+            after = clamp_bounds(&Extent::within(region)).intersection(clamp_bounds(content));
         }
         _ => {}
     }

@@ -47,7 +47,7 @@ impl NodeStore {
     /// Lets all chunks of nodes that are gone be one, so that a long session takes no memory for them.
     pub(crate) fn share_gone(&mut self) {
         let is_gone =
-            |chunk: &[Node]| chunk.len() == CHUNK && chunk.iter().all(|own| own.origin == GONE);
+            |chunk: &[Node]| chunk.len() == CHUNK && chunk.iter().all(|node| node.origin == GONE);
         let mut shared: Option<Arc<Vec<Node>>> = None;
         for chunk in self.chunks.iter_mut().filter(|chunk| is_gone(chunk)) {
             *chunk = shared.get_or_insert_with(|| chunk.clone()).clone();
@@ -103,29 +103,29 @@ mod tests {
 
     #[test]
     fn clones_share_what_neither_changes() {
-        let mut own = NodeStore::of(Node::root());
+        let mut store = NodeStore::of(Node::root());
         for index in 1..300 {
-            own.push(node(index));
+            store.push(node(index));
         }
-        let clone = own.clone();
-        own[130].desc.name = "another".into();
-        own.push(node(300));
-        assert_eq!((own.len(), clone.len()), (301, 300));
+        let clone = store.clone();
+        store[130].desc.name = "another".into();
+        store.push(node(300));
+        assert_eq!((store.len(), clone.len()), (301, 300));
         assert_eq!(
-            (&*own[130].desc.name, &*clone[130].desc.name),
+            (&*store[130].desc.name, &*clone[130].desc.name),
             ("another", "130")
         );
-        let shared = own.chunks.iter().zip(&clone.chunks);
+        let shared = store.chunks.iter().zip(&clone.chunks);
         let shared = shared.filter(|(a, b)| Arc::ptr_eq(a, b)).count();
         // But that of the change and that of the end.
         assert_eq!(shared, clone.chunks.len() - 2);
         for len in [300, 257, 256, 129, 65, 64, 2, 1] {
-            own.truncate(len);
-            assert_eq!(own.len(), len);
-            assert!(own.get(len).is_none() && own.get(len - 1).is_some());
-            own.push(node(7));
-            assert_eq!(own[len].desc.name, "7");
-            own.truncate(len);
+            store.truncate(len);
+            assert_eq!(store.len(), len);
+            assert!(store.get(len).is_none() && store.get(len - 1).is_some());
+            store.push(node(7));
+            assert_eq!(store[len].desc.name, "7");
+            store.truncate(len);
         }
         assert!(clone.get(299).is_some_and(|node| node.desc.name == "299"));
     }

@@ -74,7 +74,7 @@ impl NodeTree {
         let mut depth = 0;
         while !level.is_empty() {
             depth += 1;
-            level = level.into_iter().flat_map(|own| &own.children).collect();
+            level = level.into_iter().flat_map(|tree| &tree.children).collect();
         }
         depth
     }

@@ -49,8 +49,8 @@ impl Pose {
     /// ```
     /// use argil_scene::Pose;
     /// let pose = Pose { position: [1.0, 0.0, 0.0], degrees: 90.0, scale: 2.0 };
-    /// let own = pose.own_from_outer().transform_point3([1.0, 0.0, -2.0].into());
-    /// assert!((own - glam::DVec3::X).length() < 1e-6);
+    /// let local = pose.own_from_outer().transform_point3([1.0, 0.0, -2.0].into());
+    /// assert!((local - glam::DVec3::X).length() < 1e-6);
     /// ```
     pub fn own_from_outer(&self) -> DAffine3 {
         let turn = DQuat::from_rotation_y(f64::from(self.degrees).to_radians());

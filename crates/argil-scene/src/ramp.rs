@@ -84,7 +84,10 @@ impl Curve {
         let along = t.clamp(0.0, 1.0) * self.0.len() as f64;
         let index = (along as usize).min(self.0.len().saturating_sub(1));
         let u = along - index as f64;
-        let [a, b, c, d] = self.0.get(index).map_or([0.0; 4], |own| own.map(f64::from));
+        let [a, b, c, d] = self
+            .0
+            .get(index)
+            .map_or([0.0; 4], |coefficients| coefficients.map(f64::from));
         a + u * (b + u * (c + u * d))
     }
 

@@ -65,15 +65,15 @@ impl Scene {
 
 /// Whether the distance of a node does not change in a direction.
 fn is_endless(desc: &NodeDesc, direction: DVec3) -> bool {
-    let mut own = direction;
+    let mut local = direction;
     for modifier in desc.modifiers.iter().rev() {
         let Some(own_from_outer) = modifier.affine() else {
             return false;
         };
-        own = own_from_outer.matrix3 * own;
+        local = own_from_outer.matrix3 * local;
     }
-    let own = own.normalize_or_zero().abs();
-    let is_along = |axis: usize, length: f32| length >= MAX_LENGTH && own[axis] > 1.0 - 1e-12;
+    let local = local.normalize_or_zero().abs();
+    let is_along = |axis: usize, length: f32| length >= MAX_LENGTH && local[axis] > 1.0 - 1e-12;
     match &desc.kind {
         NodeKind::Shape(Shape::Cylinder { half_height, .. }) => is_along(1, *half_height),
         NodeKind::Shape(Shape::Box { half_size, .. }) => {
@@ -100,7 +100,7 @@ fn copies_apart(a: &NodeDesc, b: &NodeDesc) -> Option<f32> {
     };
     let sizes =
         |a: [f32; 3], b: [f32; 3]| Vec3::from([0, 1, 2].map(|i| apart(a[i], b[i]))).length();
-    let own = match (one, other) {
+    let difference = match (one, other) {
         (Shape::Sphere { radius: a }, Shape::Sphere { radius: b }) => (a - b).abs(),
         (Shape::Ellipsoid { radii: a }, Shape::Ellipsoid { radii: b }) => sizes(*a, *b),
         (
@@ -127,7 +127,7 @@ fn copies_apart(a: &NodeDesc, b: &NodeDesc) -> Option<f32> {
         ) => apart(*a, *b).hypot(apart(*h, *g)),
         _ => return None,
     };
-    Some(own * a.modifiers.iter().map(|m| m.scale()).product::<f32>())
+    Some(difference * a.modifiers.iter().map(|m| m.scale()).product::<f32>())
 }
 
 /// Returns the diagonal of a box without its infinite sides.

@@ -180,8 +180,8 @@ impl SampledGrid {
                 let beyond = (*point - solid.center()).abs() - half;
                 let of_box = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
                 // NaN stays NaN, which a maximum would hide.
-                let own = distance(point.to_array());
-                *out = if own < of_box { of_box } else { own };
+                let value = distance(point.to_array());
+                *out = if value < of_box { of_box } else { value };
             }
         };
         let grid = Self::sample_around(solid, spacing, &measure);

@@ -121,8 +121,8 @@ impl Scene {
     /// let mut copy = scene.replica();
     /// let desc = Brush::new(Shape::sphere(1.0)).into();
     /// let insert = Action::Edit(Edit::Insert { parent: Scene::ROOT, index: 0, desc });
-    /// let made = scene.perform(&insert)?.expect("an edit").node;
-    /// assert_eq!(copy.perform(&insert)?.expect("an edit").node, made);
+    /// let node = scene.perform(&insert)?.expect("an edit").node;
+    /// assert_eq!(copy.perform(&insert)?.expect("an edit").node, node);
     /// # Ok::<(), argil_scene::LogError>(())
     /// ```
     pub fn replica(&self) -> Self {
@@ -134,8 +134,8 @@ impl Scene {
 
     fn own_origin(&self) -> u32 {
         // Neither the root's mark nor that of nodes that are gone.
-        let own = (self.scene_id.0 % u64::from(GONE - 1)) as u32 + 1;
-        self.origin.0.unwrap_or(own)
+        let fallback = (self.scene_id.0 % u64::from(GONE - 1)) as u32 + 1;
+        self.origin.0.unwrap_or(fallback)
     }
 
     /// Returns a node.

@@ -33,11 +33,11 @@ impl Scene {
             set_in(material, path, image);
         }
         if let Environment::Image {
-            path: own,
+            path: image_path,
             image: loaded,
             ..
         } = &mut self.view.environment
-            && own == path
+            && image_path == path
         {
             loaded.0 = Some(image.clone());
         }
@@ -47,7 +47,7 @@ impl Scene {
     /// Gives another scene the images that this one has loaded.
     pub fn share_images(&self, other: &mut Self) {
         for path in other.missing_images() {
-            let known = self.images().find(|(own, _)| *own == path);
+            let known = self.images().find(|(image_path, _)| *image_path == path);
             if let Some(image) = known.and_then(|(_, image)| image.0.clone()) {
                 other.set_image(&path, &image);
             }
@@ -67,8 +67,10 @@ impl Scene {
 
     fn images_of_textures(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
         let textures = self.materials.values();
-        let textures = textures.filter_map(|own| own.textures.as_deref());
-        textures.flat_map(|own| own.patterns()).filter_map(named)
+        let textures = textures.filter_map(|material| material.textures.as_deref());
+        textures
+            .flat_map(|textures| textures.patterns())
+            .filter_map(named)
     }
 
     fn images(&self) -> impl Iterator<Item = (&str, &LoadedImage)> {
@@ -84,7 +86,9 @@ impl Scene {
         let known = self
             .images()
             .find_map(|(path, image)| match &view.environment {
-                Environment::Image { path: own, .. } if own == path => image.0.clone(),
+                Environment::Image {
+                    path: image_path, ..
+                } if image_path == path => image.0.clone(),
                 _ => None,
             });
         if let (Some(known), Environment::Image { image, .. }) = (known, &mut view.environment) {
@@ -123,12 +127,14 @@ fn set_in(material: &mut Material, path: &str, loaded: &Arc<SceneImage>) {
     let patterns = material
         .textures
         .iter_mut()
-        .flat_map(|own| own.patterns_mut());
+        .flat_map(|textures| textures.patterns_mut());
     for pattern in patterns {
         if let Pattern::Image {
-            path: own, image, ..
+            path: image_path,
+            image,
+            ..
         } = pattern
-            && own == path
+            && image_path == path
         {
             image.0 = Some(loaded.clone());
         }

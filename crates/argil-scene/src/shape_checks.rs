@@ -269,9 +269,9 @@ pub(crate) fn spline(path: &str, points: &[SplinePoint]) -> Result<(), Validatio
 
 /// Returns the box of a spline tube: each segment lies in the hull of its three points.
 pub(crate) fn spline_bounds(points: &[SplinePoint]) -> Aabb {
-    let held =
+    let boxes =
         spline_segments(points).map(|(curve, [from, to])| Aabb::around(curve).grown(from.max(to)));
-    held.fold(Aabb::EMPTY, |all, own| all.union(own))
+    boxes.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
 }
 
 /// Returns a box that is infinite along each side that ends at the largest length.

@@ -33,11 +33,11 @@ impl Scene {
         let Self {
             nodes, summaries, ..
         } = self;
-        let own = &nodes[node.index()];
-        let summary = own.parent.and_then(|group| summaries.get_mut(&group));
+        let member = &nodes[node.index()];
+        let summary = member.parent.and_then(|group| summaries.get_mut(&group));
         match summary {
-            Some(summary) if is_there => summary.add(own.at_current_time()),
-            Some(summary) => summary.remove(own.at_current_time()),
+            Some(summary) if is_there => summary.add(member.at_current_time()),
+            Some(summary) => summary.remove(member.at_current_time()),
             None => {}
         }
     }

@@ -92,7 +92,7 @@ impl Symmetry {
                 if degrees == 0.0 {
                     return self;
                 }
-                let others = |own: usize| (0..3).all(|i| i == own || axis[i] == 0.0);
+                let others = |index: usize| (0..3).all(|i| i == index || axis[i] == 0.0);
                 only(std::array::from_fn(others))
             }
             Modifier::Scale { .. }

@@ -64,11 +64,11 @@ fn glyphs(text: &str) -> impl Iterator<Item = (GlyphId, Vec2)> + '_ {
     let about = FONT.metrics(unscaled(), LocationRef::default());
     let line_height = about.ascent - about.descent + about.leading;
     text.lines().enumerate().flat_map(move |(index, line)| {
-        let found: Vec<GlyphId> = line.chars().filter_map(|c| known.map(c)).collect();
+        let glyph_ids: Vec<GlyphId> = line.chars().filter_map(|c| known.map(c)).collect();
         let advance = |glyph: GlyphId| widths.advance_width(glyph).unwrap_or(0.0);
-        let length: f32 = found.iter().map(|&glyph| advance(glyph)).sum();
+        let length: f32 = glyph_ids.iter().map(|&glyph| advance(glyph)).sum();
         let mut pen = Vec2::new(-0.5 * length, -line_height * index as f32);
-        let placed = found.into_iter().map(|glyph| {
+        let placed = glyph_ids.into_iter().map(|glyph| {
             let at = pen;
             pen.x += advance(glyph);
             (glyph, at)
@@ -97,7 +97,7 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
         // A glyph without a path is a space.
         let _ = outlines
             .get(glyph)
-            .map(|own| own.draw(settings, &mut contours));
+            .map(|outline| outline.draw(settings, &mut contours));
     }
     let scale = scale_of(size);
     let border = nonzero_fill(&all).into_iter();
@@ -108,15 +108,17 @@ pub fn text_outlines(text: &str, size: f32) -> Vec<Path2> {
 pub(crate) fn text_bounds(text: &str, size: f32, half_depth: f32) -> Aabb {
     let scale = scale_of(size);
     let boxes = FONT.glyph_metrics(unscaled(), LocationRef::default());
-    let held = glyphs(text).filter_map(|(glyph, pen)| {
-        let own = boxes.bounds(glyph).filter(|own| own.x_min < own.x_max)?;
+    let glyph_bounds = glyphs(text).filter_map(|(glyph, pen)| {
+        let bounds = boxes
+            .bounds(glyph)
+            .filter(|bounds| bounds.x_min < bounds.x_max)?;
         let corner = |x: f32, y: f32, z: f32| ((pen + Vec2::new(x, y)) * scale).extend(z);
         Some(Aabb::new(
-            corner(own.x_min, own.y_min, -half_depth),
-            corner(own.x_max, own.y_max, half_depth),
+            corner(bounds.x_min, bounds.y_min, -half_depth),
+            corner(bounds.x_max, bounds.y_max, half_depth),
         ))
     });
-    held.fold(Aabb::EMPTY, |all, own| all.union(own))
+    glyph_bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds))
 }
 
 /// Collects paths as they are drawn, from a pen's position, in the font's units.
@@ -183,17 +185,17 @@ mod tests {
 
     #[test]
     fn outlines_lie_in_their_box_and_lines_are_centered() {
-        let held = text_bounds("Ag\nworld", 2.0, 0.1);
+        let bounds = text_bounds("Ag\nworld", 2.0, 0.1);
         let outlines = text_outlines("Ag\nworld", 2.0);
         assert!(outlines.len() >= 9, "{}", outlines.len());
         for outline in &outlines {
             for (from, _, to) in outline.segments() {
                 for [x, y] in [from, to] {
-                    assert!(held.grown(1e-4).contains([x, y, 0.0].into()), "{x} {y}");
+                    assert!(bounds.grown(1e-4).contains([x, y, 0.0].into()), "{x} {y}");
                 }
             }
         }
-        let middle = held.center();
+        let middle = bounds.center();
         assert!(middle.x.abs() < 0.1 && middle.y < 0.0, "{middle}");
     }
 }

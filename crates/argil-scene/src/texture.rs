@@ -147,26 +147,32 @@ impl Textures {
     /// Returns the patterns.
     pub fn patterns(&self) -> impl Iterator<Item = &Pattern> {
         let values = [&self.roughness, &self.metallic, &self.bump];
-        let values = values.into_iter().flatten().map(|own| &own.pattern);
-        self.base_color.iter().map(|own| &own.pattern).chain(values)
+        let values = values.into_iter().flatten().map(|texture| &texture.pattern);
+        self.base_color
+            .iter()
+            .map(|texture| &texture.pattern)
+            .chain(values)
     }
 
     /// Returns the patterns, to change them.
     pub fn patterns_mut(&mut self) -> impl Iterator<Item = &mut Pattern> {
         let values = [&mut self.roughness, &mut self.metallic, &mut self.bump];
-        let values = values.into_iter().flatten().map(|own| &mut own.pattern);
+        let values = values
+            .into_iter()
+            .flatten()
+            .map(|texture| &mut texture.pattern);
         self.base_color
             .iter_mut()
-            .map(|own| &mut own.pattern)
+            .map(|texture| &mut texture.pattern)
             .chain(values)
     }
 
     pub(crate) fn check(&self) -> Result<(), ValidationError> {
-        if let Some(own) = &self.base_color {
+        if let Some(texture) = &self.base_color {
             let inner = || {
-                pattern(&own.pattern, own.size)?;
-                each("low", own.low, |p, v| within(p, v, 0.0, 1.0))?;
-                each("high", own.high, |p, v| within(p, v, 0.0, 1.0))
+                pattern(&texture.pattern, texture.size)?;
+                each("low", texture.low, |p, v| within(p, v, 0.0, 1.0))?;
+                each("high", texture.high, |p, v| within(p, v, 0.0, 1.0))
             };
             inner().map_err(|fault: ValidationError| fault.within("base_color"))?;
         }
@@ -175,12 +181,12 @@ impl Textures {
             ("metallic", &self.metallic, [0.0, 1.0]),
             ("bump", &self.bump, [-1000.0, 1000.0]),
         ];
-        for (name, own, [least, most]) in values {
-            let Some(own) = own else { continue };
+        for (name, texture, [least, most]) in values {
+            let Some(texture) = texture else { continue };
             let inner = || {
-                pattern(&own.pattern, own.size)?;
-                within("low", own.low, least, most)?;
-                within("high", own.high, least, most)
+                pattern(&texture.pattern, texture.size)?;
+                within("low", texture.low, least, most)?;
+                within("high", texture.high, least, most)
             };
             inner().map_err(|fault: ValidationError| fault.within(name))?;
         }

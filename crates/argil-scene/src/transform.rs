@@ -46,9 +46,9 @@ fn composed(transforms: &[Modifier]) -> Option<Vec<Modifier>> {
             Modifier::Translate { by } => shift += Vec3::from(by).as_dvec3(),
             Modifier::Rotate { axis, degrees } => {
                 let axis = Vec3::from(axis).as_dvec3().normalize();
-                let own = DQuat::from_axis_angle(axis, f64::from(degrees).to_radians());
-                turn = (own * turn).normalize();
-                shift = own * shift;
+                let rotation = DQuat::from_axis_angle(axis, f64::from(degrees).to_radians());
+                turn = (rotation * turn).normalize();
+                shift = rotation * shift;
             }
             Modifier::Scale { by } => {
                 scale *= f64::from(by);
@@ -89,7 +89,7 @@ mod tests {
     fn many_transforms_become_three_that_do_the_same() {
         // What keeps no angles stays where it is, and what comes after it is composed all the same.
         let by = [1.0, 2.0, 1.0];
-        let mut kept = vec![Modifier::Stretch { by }];
+        let mut modifiers = vec![Modifier::Stretch { by }];
         let mut all = Vec::new();
         for i in 0..2_000 {
             let by = match i % 3 {
@@ -105,23 +105,26 @@ mod tests {
                 },
             };
             all.push(by.clone());
-            push_transform(&mut kept, by);
-            assert!(kept.len() <= 1 + MAX_TRANSFORMS, "{}", kept.len());
+            push_transform(&mut modifiers, by);
+            assert!(modifiers.len() <= 1 + MAX_TRANSFORMS, "{}", modifiers.len());
         }
-        let (own, expected) = (map_of(&kept[1..]), map_of(&all));
-        assert!(own.abs_diff_eq(expected, 1e-3), "{own:?} and {expected:?}");
-        assert_eq!(kept[0], Modifier::Stretch { by });
+        let (actual, expected) = (map_of(&modifiers[1..]), map_of(&all));
+        assert!(
+            actual.abs_diff_eq(expected, 1e-3),
+            "{actual:?} and {expected:?}"
+        );
+        assert_eq!(modifiers[0], Modifier::Stretch { by });
     }
 
     #[test]
     fn a_scale_that_would_be_too_large_is_left_in_parts() {
-        let mut kept = Vec::new();
+        let mut modifiers = Vec::new();
         for _ in 0..3 {
-            push_transform(&mut kept, Modifier::Scale { by: 1e3 });
-            push_transform(&mut kept, Modifier::Translate { by: [1.0; 3] });
-            push_transform(&mut kept, Modifier::Scale { by: 1e2 });
+            push_transform(&mut modifiers, Modifier::Scale { by: 1e3 });
+            push_transform(&mut modifiers, Modifier::Translate { by: [1.0; 3] });
+            push_transform(&mut modifiers, Modifier::Scale { by: 1e2 });
         }
-        assert!(kept.len() > MAX_TRANSFORMS);
-        assert!(kept.iter().all(|m| m.check().is_ok()));
+        assert!(modifiers.len() > MAX_TRANSFORMS);
+        assert!(modifiers.iter().all(|m| m.check().is_ok()));
     }
 }

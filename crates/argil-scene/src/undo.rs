@@ -104,8 +104,8 @@ impl Scene {
     pub(super) fn drop_history(&mut self, keep: usize) {
         self.history.keep(keep);
         let mut is_needed = vec![false; self.nodes.len()];
-        let held = self.history.held_nodes().collect::<Vec<_>>();
-        for root in std::iter::once(Self::ROOT).chain(held) {
+        let roots = self.history.held_nodes().collect::<Vec<_>>();
+        for root in std::iter::once(Self::ROOT).chain(roots) {
             // The contents of a visited tree were visited with it.
             if !is_needed[root.index()] {
                 let nodes = self.descendants(root);

@@ -234,7 +234,7 @@ fn changes_name_the_node_and_its_groups() {
         .unwrap();
     scene.apply(Edit::Remove { node: other }).unwrap();
     scene.undo();
-    let told: Vec<_> = scene
+    let changes: Vec<_> = scene
         .changes_since(seen)
         .expect("changes")
         .iter()
@@ -245,7 +245,7 @@ fn changes_name_the_node_and_its_groups() {
         (Some(other), [Some(Scene::ROOT), None]),
         (Some(other), [None, Some(Scene::ROOT)]),
     ];
-    assert_eq!(told, expected);
+    assert_eq!(changes, expected);
     let stone = argil_scene::Material::default();
     scene.set_material("stone", stone.clone()).unwrap();
     scene.set_material("stone", stone).unwrap();
@@ -271,7 +271,9 @@ fn a_replaced_mesh_also_applies_to_undone_nodes() {
     };
     let node = scene.push(mesh.clone()).expect("a mesh").node;
     let has = |scene: &Scene, wanted: f32| match &scene.node(node).desc().kind {
-        NodeKind::Shape(Shape::Mesh { grid: own, .. }) => own.0.as_deref() == Some(&*grid(wanted)),
+        NodeKind::Shape(Shape::Mesh { grid: stored, .. }) => {
+            stored.0.as_deref() == Some(&*grid(wanted))
+        }
         _ => false,
     };
     scene.set_mesh_grid("a.obj", resolution, grid(2.0));

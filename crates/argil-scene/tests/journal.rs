@@ -92,7 +92,7 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
         out.read_to_string(&mut said).expect("text");
         victim.wait().expect("it is gone");
         let whole = said.split_inclusive('\n').filter(|l| l.ends_with('\n'));
-        let told = whole
+        let recorded = whole
             .filter_map(|l| l.trim().rsplit_once("recorded ")?.1.parse().ok())
             .max()
             .unwrap_or(0usize);
@@ -105,24 +105,24 @@ fn killed_at_any_moment_all_but_the_edit_in_flight_comes_back() {
             saved += 1;
         }
         if !path.exists() {
-            assert_eq!(told, 0, "edits were recorded nowhere");
+            assert_eq!(recorded, 0, "edits were recorded nowhere");
             continue;
         }
-        let found = Journal::recover(&path).expect("a journal");
+        let recovered = Journal::recover(&path).expect("a journal");
         assert!(
-            (told..=told + 1).contains(&found.edits),
-            "{told} edits were recorded, {} came back",
-            found.edits
+            (recorded..=recorded + 1).contains(&recovered.edits),
+            "{recorded} edits were recorded, {} came back",
+            recovered.edits
         );
-        most = most.max(found.edits);
-        torn += usize::from(found.torn_bytes > 0);
+        most = most.max(recovered.edits);
+        torn += usize::from(recovered.torn_bytes > 0);
         let mut expected = beginning();
-        for index in 0..found.edits as u64 {
+        for index in 0..recovered.edits as u64 {
             let line = line(&expected, index);
             expected.apply_log_line(&line).expect("a valid edit");
         }
-        let mut scene = found.scene;
-        assert!(scene == expected, "after {} edits", found.edits);
+        let mut scene = recovered.scene;
+        assert!(scene == expected, "after {} edits", recovered.edits);
         // The history is there to its beginning.
         assert_eq!(
             [scene.undo_depth(), scene.redo_depth()],
@@ -156,11 +156,11 @@ fn a_truncated_journal_gives_all_complete_lines() {
     for length in 0..bytes.len() {
         std::fs::write(&path, &bytes[..length]).expect("written");
         match Journal::recover(&path) {
-            Ok(found) => {
+            Ok(recovered) => {
                 assert!(length >= head);
-                assert!(found.scene == states[found.edits], "{length}");
+                assert!(recovered.scene == states[recovered.edits], "{length}");
                 // It goes on after the cut.
-                let (mut scene, mut journal) = found.resume().expect("a journal");
+                let (mut scene, mut journal) = recovered.resume().expect("a journal");
                 let node = scene.node(Scene::ROOT).children()[0];
                 let by = Modifier::Scale { by: 2.0 };
                 let edit = Edit::Transform { node, by };
@@ -179,8 +179,8 @@ fn a_truncated_journal_gives_all_complete_lines() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1;
         std::fs::write(&path, &damaged).expect("written");
-        let found = match Journal::recover(&path) {
-            Ok(found) => found,
+        let recovered = match Journal::recover(&path) {
+            Ok(recovered) => recovered,
             Err(JournalError::Damaged { .. }) => {
                 assert!(Some(at) <= last);
                 assert_eq!(std::fs::read(&path).expect("a file"), damaged);
@@ -190,7 +190,7 @@ fn a_truncated_journal_gives_all_complete_lines() {
         };
         assert!(Some(at) > last, "{at}");
         assert!(
-            found.scene == states[found.edits] && found.torn_bytes > 0,
+            recovered.scene == states[recovered.edits] && recovered.torn_bytes > 0,
             "{at}"
         );
     }
@@ -246,8 +246,8 @@ fn groups_of_any_depth_are_recovered() {
         journal.replay(&mut scene, &before).expect("an edit");
         journal.replay(&mut scene, &line).expect("a deep edit");
         assert!(scene.brush_count() >= 2);
-        let found = Journal::recover(&path).expect("a journal");
-        assert!(found.edits == 2 && found.scene == scene, "{depth}");
+        let recovered = Journal::recover(&path).expect("a journal");
+        assert!(recovered.edits == 2 && recovered.scene == scene, "{depth}");
     }
 }
 

@@ -87,9 +87,9 @@ fn a_group_with_brushes_is_one_step() {
     let line = r#"{"edit": "insert", "entry": {"blend": 0.1, "brushes": [
         {"shape": {"type": "sphere", "radius": 1}},
         {"operator": "subtract", "brushes": [{"shape": {"type": "sphere", "radius": 0.5}}]}]}}"#;
-    let made = scene.apply_log_line(line).unwrap().unwrap();
+    let outcome = scene.apply_log_line(line).unwrap().unwrap();
     assert_eq!(scene.brush_count(), 2);
-    assert_eq!(scene.path(made.node), "brushes[0]");
+    assert_eq!(scene.path(outcome.node), "brushes[0]");
     assert!(
         scene
             .node_by_path("brushes[0].brushes[1].brushes[0]")
@@ -251,8 +251,11 @@ fn refused_edits_leave_no_trace() {
     }
     // Who follows it by what was done, and not what was refused, has nodes of the same ids.
     let action = scene.read_action(group).expect("a line");
-    let made = [&mut scene, &mut copy].map(|own| own.perform(&action).expect("an edit"));
-    assert_eq!(made[0].map(|own| own.node), made[1].map(|own| own.node));
+    let outcomes = [&mut scene, &mut copy].map(|scene| scene.perform(&action).expect("an edit"));
+    assert_eq!(
+        outcomes[0].map(|outcome| outcome.node),
+        outcomes[1].map(|outcome| outcome.node)
+    );
     assert!(scene.undo().is_some() && scene == before);
     let lengths = [scene.undo_depth(), scene.redo_depth()];
     // Within a stroke what was done before in it stays.

@@ -57,12 +57,12 @@ fn exports_replace_no_foreign_folder() {
     let place = folder.path().join("export");
     let mark = place.join("zarr.json");
     let export = || {
-        let made = argil_scene::TempFolder::for_export(&place, "zarr.json")?;
+        let temp_folder = argil_scene::TempFolder::for_export(&place, "zarr.json")?;
         std::fs::write(
-            made.path().join("zarr.json"),
+            temp_folder.path().join("zarr.json"),
             r#"{"generator": "argil 1.0"}"#,
         )?;
-        made.persist(&place)
+        temp_folder.persist(&place)
     };
     for foreign in [None, Some("{}"), Some(r#"{"generator": "other 1.0"}"#)] {
         std::fs::create_dir(&place).unwrap();

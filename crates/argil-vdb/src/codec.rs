@@ -79,8 +79,8 @@ pub(crate) fn unblosc(bytes: &[u8], length: usize) -> Result<Vec<u8>, &'static s
     const SHORT: &str = "a Blosc chunk is too short";
     let head = bytes.get(..16).ok_or(SHORT)?;
     let word = |at: usize| {
-        let own = bytes.get(at..at + 4).ok_or(SHORT)?;
-        Ok::<_, &'static str>(u32::from_le_bytes([own[0], own[1], own[2], own[3]]) as usize)
+        let four = bytes.get(at..at + 4).ok_or(SHORT)?;
+        Ok::<_, &'static str>(u32::from_le_bytes([four[0], four[1], four[2], four[3]]) as usize)
     };
     let (flags, value_bytes) = (head[2], usize::from(head[3]).max(1));
     let (total, block) = (word(4)?, word(8)?);
@@ -88,8 +88,8 @@ pub(crate) fn unblosc(bytes: &[u8], length: usize) -> Result<Vec<u8>, &'static s
         return Err("a Blosc chunk has another length than its values");
     }
     if flags & STORED != 0 {
-        let own = bytes.get(16..16 + length).ok_or(SHORT)?;
-        return Ok(own.to_vec());
+        let stored = bytes.get(16..16 + length).ok_or(SHORT)?;
+        return Ok(stored.to_vec());
     }
     if flags >> 5 != LZ4 {
         return Err("a Blosc chunk is not compressed with LZ4, the only method that is supported");
@@ -108,27 +108,27 @@ pub(crate) fn unblosc(bytes: &[u8], length: usize) -> Result<Vec<u8>, &'static s
         let first = out.len();
         for _ in 0..streams {
             let packed = word(at)?;
-            let own = bytes
+            let stream = bytes
                 .get(at + 4..)
                 .and_then(|rest| rest.get(..packed))
                 .ok_or(SHORT)?;
             let unpacked = size / streams;
             if packed == unpacked {
-                out.extend(own);
+                out.extend(stream);
             } else {
-                let own = lz4_flex::block::decompress(own, unpacked);
-                let own = own.map_err(|_| "an LZ4 stream is damaged")?;
-                if own.len() != unpacked {
+                let stream = lz4_flex::block::decompress(stream, unpacked);
+                let stream = stream.map_err(|_| "an LZ4 stream is damaged")?;
+                if stream.len() != unpacked {
                     return Err("an LZ4 stream has another length than its values");
                 }
-                out.extend(own);
+                out.extend(stream);
             }
             at += 4 + packed;
         }
         if flags & SHUFFLED != 0 && value_bytes > 1 {
-            let own = unshuffled(&out[first..], value_bytes);
+            let values = unshuffled(&out[first..], value_bytes);
             out.truncate(first);
-            out.extend(own);
+            out.extend(values);
         }
     }
     if out.len() == length {

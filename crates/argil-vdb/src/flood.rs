@@ -85,7 +85,7 @@ fn flood(
             for z in 0..side {
                 let at = at + z;
                 match known(at) {
-                    Some(own) => along_z = own,
+                    Some(value) => along_z = value,
                     None => fill(at, along_z),
                 }
             }

@@ -148,8 +148,8 @@ impl<V: Voxel> Leaf<V> {
 impl<V: Voxel> Lower<V> {
     /// Returns the leaf at a place.
     fn leaf_at(&self, place: usize) -> Option<&Leaf<V>> {
-        let own = |leaf: &Leaf<V>| place_of(leaf.origin, 128, 8);
-        let at = self.leaves.binary_search_by_key(&place, own);
+        let key = |leaf: &Leaf<V>| place_of(leaf.origin, 128, 8);
+        let at = self.leaves.binary_search_by_key(&place, key);
         at.ok().map(|at| &self.leaves[at])
     }
 
@@ -199,8 +199,8 @@ impl<V: Voxel> Upper<V> {
 
     /// Returns the lower node at a place.
     fn lower_at(&self, place: usize) -> Option<&Lower<V>> {
-        let own = |lower: &Lower<V>| place_of(lower.origin, 4096, 128);
-        let at = self.lowers.binary_search_by_key(&place, own);
+        let key = |lower: &Lower<V>| place_of(lower.origin, 4096, 128);
+        let at = self.lowers.binary_search_by_key(&place, key);
         at.ok().map(|at| &self.lowers[at])
     }
 
@@ -246,9 +246,12 @@ impl<V: Voxel> Tree<V> {
 
     /// Returns the value of a voxel, and whether it is active.
     pub fn value_and_state(&self, voxel: [i32; 3]) -> (V, bool) {
-        let own = origin_of(voxel, 4096);
-        let Ok(at) = self.uppers.binary_search_by_key(&own, |upper| upper.origin) else {
-            let tile = self.tiles.iter().find(|tile| tile.origin == own);
+        let origin = origin_of(voxel, 4096);
+        let Ok(at) = self
+            .uppers
+            .binary_search_by_key(&origin, |upper| upper.origin)
+        else {
+            let tile = self.tiles.iter().find(|tile| tile.origin == origin);
             return tile.map_or((self.background, false), |tile| {
                 (tile.value, tile.is_active)
             });
@@ -274,8 +277,10 @@ impl<V: Voxel> Tree<V> {
 
     /// Returns the leaf that holds a voxel.
     pub fn leaf(&self, voxel: [i32; 3]) -> Option<&Leaf<V>> {
-        let own = origin_of(voxel, 4096);
-        let at = self.uppers.binary_search_by_key(&own, |upper| upper.origin);
+        let origin = origin_of(voxel, 4096);
+        let at = self
+            .uppers
+            .binary_search_by_key(&origin, |upper| upper.origin);
         let lower = self.uppers[at.ok()?].lower_at(place_of(voxel, 4096, 128))?;
         lower.leaf_at(place_of(voxel, 128, 8))
     }
@@ -374,7 +379,10 @@ impl TreeStatistics {
     }
 
     fn add_tile(&mut self, origin: [i32; 3], side: i32) {
-        let level = NODE_VOXELS.iter().position(|&own| own == side).unwrap_or(0);
+        let level = NODE_VOXELS
+            .iter()
+            .position(|&voxels| voxels == side)
+            .unwrap_or(0);
         self.active_tiles[level] += 1;
         self.active_voxels = self
             .active_voxels

@@ -128,8 +128,8 @@ fn grids_come_back_bit_for_bit() {
             .grid(0)
             .expect("a grid");
         assert_eq!(again, halved, "{codec:?}");
-        let own = &halved.as_float().expect("floats").tree;
-        for (a, b) in own.leaves().zip(sphere().tree.leaves()) {
+        let tree = &halved.as_float().expect("floats").tree;
+        for (a, b) in tree.leaves().zip(sphere().tree.leaves()) {
             assert!(
                 a.active == b.active
                     && a.values
@@ -227,9 +227,11 @@ fn files_that_end_early_are_refused() {
     let nano = nano(NanoType::Fp8);
     for part in 0..200 {
         let cut = |bytes: &[u8]| bytes[..bytes.len() * part / 200].to_vec();
-        let own = cut(&bytes);
+        let truncated = cut(&bytes);
         assert!(
-            VdbFile::parse(&own).and_then(|file| file.grid(0)).is_err(),
+            VdbFile::parse(&truncated)
+                .and_then(|file| file.grid(0))
+                .is_err(),
             "{part}"
         );
         assert!(nvdb::read(&cut(&nano)).is_err(), "{part}");

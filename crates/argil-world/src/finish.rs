@@ -107,16 +107,20 @@ fn required(
         let bytes = bytes.unwrap_or_default();
         Ok(Tile::from_bytes(&bytes, &key, address, layout).ok())
     };
-    let top = candidates.iter().map(|own| own.tier).max().unwrap_or(0);
-    let mut own: Vec<TileAddress> = candidates
+    let top = candidates
+        .iter()
+        .map(|candidate| candidate.tier)
+        .max()
+        .unwrap_or(0);
+    let mut addresses: Vec<TileAddress> = candidates
         .iter()
         .copied()
-        .filter(|own| own.tier == top)
+        .filter(|candidate| candidate.tier == top)
         .collect();
-    let mut all = own.clone();
+    let mut all = addresses.clone();
     for tier in (0..top).rev() {
         let (there, lost): (Vec<TileAddress>, Vec<TileAddress>) =
-            own.iter().partition(|address| is_there(address));
+            addresses.iter().partition(|address| is_there(address));
         let tiles: Result<Vec<_>, WorldError> = there.par_iter().map(read).collect();
         let tiles = tiles?;
         let damaged = there.iter().zip(&tiles).filter(|(_, tile)| tile.is_none());
@@ -124,13 +128,15 @@ fn required(
         unknown.extend(lost);
         let finer = tiles.iter().flatten().flat_map(Tile::finer_tiles);
         let mut found: FxHashSet<TileAddress> = finer.collect();
-        let below = candidates.iter().filter(|own| own.tier == tier);
-        found.extend(
-            below.filter(|own| own.coarser().is_some_and(|above| unknown.contains(&above))),
-        );
-        own = found.into_iter().collect();
-        own.sort_unstable();
-        all.extend(&own);
+        let below = candidates.iter().filter(|candidate| candidate.tier == tier);
+        found.extend(below.filter(|candidate| {
+            candidate
+                .coarser()
+                .is_some_and(|above| unknown.contains(&above))
+        }));
+        addresses = found.into_iter().collect();
+        addresses.sort_unstable();
+        all.extend(&addresses);
     }
     Ok(all)
 }

@@ -70,7 +70,10 @@ impl WorldPlan {
 /// Reads the samples of a mesh.
 fn mesh_of(bytes: &[u8]) -> Option<SampledGrid> {
     let (numbers, rest) = bytes.as_chunks::<4>();
-    let numbers: Vec<f32> = numbers.iter().map(|own| f32::from_le_bytes(*own)).collect();
+    let numbers: Vec<f32> = numbers
+        .iter()
+        .map(|number| f32::from_le_bytes(*number))
+        .collect();
     let [a, b, c, d, e, f] = *numbers.first_chunk::<6>()?;
     let solid = Aabb::new([a, b, c].into(), [d, e, f].into());
     let grid = SampledGrid::from_words(numbers[6..].to_vec(), solid);

@@ -229,7 +229,7 @@ impl WorldPlan {
     pub fn tile_count(&self) -> u64 {
         self.tiles
             .iter()
-            .fold(0, |all, own| all.saturating_add(*own))
+            .fold(0, |all, count| all.saturating_add(*count))
     }
 
     /// Returns the edge of a voxel of the finest level, in the scene's unit.
@@ -350,9 +350,9 @@ impl WorldPlan {
             return Err(WorldError::Changed(reason.to_owned()));
         }
         let meshes = meshes_of(scene);
-        let changed = self.meshes.iter().find(|own| !meshes.contains(own));
+        let changed = self.meshes.iter().find(|mesh| !meshes.contains(mesh));
         if changed.is_some() || meshes.len() != self.meshes.len() {
-            let path = changed.map_or("a mesh", |own| &own.path);
+            let path = changed.map_or("a mesh", |mesh| &mesh.path);
             return Err(WorldError::Changed(format!("{path} has other contents")));
         }
         let prepared = Prepared::new(scene, self.voxel_size, self.encoding())?;
@@ -381,10 +381,10 @@ struct Head {
 
 /// Counts the tiles of each tier.
 fn counts(candidates: &[TileAddress]) -> Vec<u64> {
-    let tiers = candidates.iter().map(|own| own.tier + 1).max();
+    let tiers = candidates.iter().map(|candidate| candidate.tier + 1).max();
     let mut counts = vec![0; tiers.unwrap_or(0) as usize];
-    for own in candidates {
-        counts[own.tier as usize] += 1;
+    for candidate in candidates {
+        counts[candidate.tier as usize] += 1;
     }
     counts
 }

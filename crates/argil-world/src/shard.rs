@@ -56,24 +56,24 @@ impl Shard {
             number.transpose()
         };
         for (index, all, first) in VARIABLES {
-            let Some(own) = read(index)? else { continue };
+            let Some(job) = read(index)? else { continue };
             let known = all.map(read).transpose()?.flatten();
             let first = first.map(read).transpose()?.flatten().unwrap_or(0);
             let shard = match (count, known) {
                 // Whoever names the number runs all of them, or some again: the job's own number is the shard's.
-                (Some(count), _) => Self { index: own, count },
+                (Some(count), _) => Self { index: job, count },
                 (None, Some(count)) => Self {
-                    index: own.saturating_sub(first),
+                    index: job.saturating_sub(first),
                     count,
                 },
                 (None, None) => {
                     return Err(format!(
-                        "{index} is {own}, and the number of jobs is unknown: add --shards N"
+                        "{index} is {job}, and the number of jobs is unknown: add --shards N"
                     ));
                 }
             };
             return shard.checked().map(Some).map_err(|error| {
-                format!("{index} is {own}: {error}. For jobs with other numbers, add --shards N, or --shard INDEX/COUNT")
+                format!("{index} is {job}: {error}. For jobs with other numbers, add --shards N, or --shard INDEX/COUNT")
             });
         }
         match count {
@@ -88,8 +88,8 @@ impl Shard {
     pub(crate) fn part<T: Copy>(&self, all: &[T]) -> Vec<T> {
         let run = (all.len() as u64 / (RUNS * self.count)).clamp(RUN_TILES[0], RUN_TILES[1]);
         let run_of = |index: usize| index as u64 / run;
-        let own = (0..all.len()).filter(|&index| run_of(index) % self.count == self.index);
-        own.map(|index| all[index]).collect()
+        let indices = (0..all.len()).filter(|&index| run_of(index) % self.count == self.index);
+        indices.map(|index| all[index]).collect()
     }
 
     fn checked(self) -> Result<Self, String> {
@@ -141,7 +141,7 @@ mod tests {
     fn jobs_know_their_shards() {
         let of = |all: &[(&str, &str)], count| {
             Shard::from_environment(count, |name| {
-                let found = all.iter().find(|(own, _)| *own == name);
+                let found = all.iter().find(|(variable, _)| *variable == name);
                 found.map(|(_, value)| (*value).to_owned())
             })
         };

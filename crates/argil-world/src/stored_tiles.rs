@@ -63,7 +63,7 @@ impl StoredTiles {
     /// Fetches a tile down to a level, from the disk as far as it is there.
     async fn fetch(&self, address: TileAddress, level: u32) -> Result<Arc<Tile>, String> {
         if self.cache.wanted(address, level).start == 0
-            && let Some(bytes) = self.folder.as_ref().and_then(|own| own.read(address))
+            && let Some(bytes) = self.folder.as_ref().and_then(|cached| cached.read(address))
         {
             // Fetched again if it is damaged.
             let _ = self.cache.add(address, 0, &bytes);

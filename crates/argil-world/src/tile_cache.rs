@@ -70,9 +70,9 @@ impl TileCache {
         let mut held = self.held();
         held.clock += 1;
         let now = held.clock;
-        let own = held.tiles.get_mut(&address)?;
-        own.used = now;
-        own.tile.holds(level).then(|| own.tile.clone())
+        let entry = held.tiles.get_mut(&address)?;
+        entry.used = now;
+        entry.tile.holds(level).then(|| entry.tile.clone())
     }
 
     /// Returns what is known of a tile: it is here with a level, or it could not be had at the last attempt. `None`: nothing is
@@ -96,7 +96,9 @@ impl TileCache {
         let held = self.held();
         match held.tiles.get(&address) {
             None => 0..FIRST_BYTES,
-            Some(own) => own.head.bytes_to(own.tile.finest_held())..own.head.bytes_to(level),
+            Some(entry) => {
+                entry.head.bytes_to(entry.tile.finest_held())..entry.head.bytes_to(level)
+            }
         }
     }
 
@@ -113,11 +115,12 @@ impl TileCache {
             (head, tile, &bytes[TileHead::BYTES..])
         } else {
             let held = self.held();
-            let own = held.tiles.get(&address);
-            let own = own.filter(|own| own.head.bytes_to(own.tile.finest_held()) == begin);
+            let entry = held.tiles.get(&address);
+            let entry =
+                entry.filter(|entry| entry.head.bytes_to(entry.tile.finest_held()) == begin);
             // What was dropped in the meantime is asked for again.
-            let Some(own) = own else { return Ok(()) };
-            (own.head.clone(), (*own.tile).clone(), bytes)
+            let Some(entry) = entry else { return Ok(()) };
+            (entry.head.clone(), (*entry.tile).clone(), bytes)
         };
         let before = tile.finest_held();
         tile.read_levels(&head, rest).map_err(text)?;
@@ -140,16 +143,16 @@ impl TileCache {
         let address = tile.address();
         held.bytes += tile.memory_bytes();
         held.problems.remove(&address);
-        let own = HeldTile {
+        let entry = HeldTile {
             used: held.clock,
             head,
             tile: Arc::new(tile),
         };
-        if let Some(old) = held.tiles.insert(address, own) {
+        if let Some(old) = held.tiles.insert(address, entry) {
             held.bytes -= old.tile.memory_bytes();
         }
         while held.bytes > self.most_bytes && held.tiles.len() > 1 {
-            let oldest = held.tiles.iter().min_by_key(|(_, own)| own.used);
+            let oldest = held.tiles.iter().min_by_key(|(_, entry)| entry.used);
             let Some(oldest) = oldest.map(|(address, _)| *address) else {
                 break;
             };

@@ -16,7 +16,7 @@ pub(crate) fn settings(
         let name = name.into_string().ok()?;
         let is_setting = ["AWS_", "GOOGLE_", "AZURE_"]
             .iter()
-            .any(|own| name.starts_with(own));
+            .any(|prefix| name.starts_with(prefix));
         is_setting.then_some((name.to_ascii_lowercase(), value.into_string().ok()?))
     })
 }
@@ -74,7 +74,7 @@ pub(crate) fn gives_parts(error: &Error) -> bool {
         "Wanted range starting at ",
         "Range started at ",
     ];
-    !reasons.iter().any(|own| reason.starts_with(own))
+    !reasons.iter().any(|prefix| reason.starts_with(prefix))
 }
 
 pub(crate) fn may_pass(error: &Error) -> bool {
@@ -94,12 +94,12 @@ pub(crate) fn may_pass(error: &Error) -> bool {
 /// Whether a disk is full, or an object too long. To wait does not help then.
 fn is_final(error: &Error) -> bool {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
-    while let Some(own) = cause {
-        let io: Option<&std::io::Error> = own.downcast_ref();
-        if own.is::<TooLong>() || io.is_some_and(|io| io.kind() == ErrorKind::StorageFull) {
+    while let Some(error_cause) = cause {
+        let io: Option<&std::io::Error> = error_cause.downcast_ref();
+        if error_cause.is::<TooLong>() || io.is_some_and(|io| io.kind() == ErrorKind::StorageFull) {
             return true;
         }
-        cause = own.source();
+        cause = error_cause.source();
     }
     false
 }

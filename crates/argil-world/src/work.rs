@@ -62,14 +62,14 @@ pub fn bake(
     let prepared = plan.prepare(scene)?;
     let baker = prepared.baker();
     control.begin("tiles", 0);
-    let own = shard.part(&baker.candidates(control));
+    let assigned = shard.part(&baker.candidates(control));
     let present = world.runtime().block_on(async {
         for (name, bytes) in shared(plan, scene) {
             world.put_new(&name, bytes).await?;
         }
         present_tiles(&world).await
     })?;
-    let missing: Vec<TileAddress> = own
+    let missing: Vec<TileAddress> = assigned
         .iter()
         .copied()
         .filter(|address| !present.contains(address))
@@ -104,8 +104,8 @@ pub fn bake(
         return Err(WorldError::Cancelled);
     }
     Ok(BakeReport {
-        tiles: own.len() as u64,
-        present: (own.len() - missing.len()) as u64 + others,
+        tiles: assigned.len() as u64,
+        present: (assigned.len() - missing.len()) as u64 + others,
         baked,
         empty: empty.into_inner(),
         bricks,
@@ -127,8 +127,8 @@ pub(crate) fn shared(plan: &WorldPlan, scene: &Scene) -> impl Iterator<Item = (S
     let meshes = scene.loaded_meshes().into_iter().enumerate();
     let meshes =
         meshes.map(|(index, (_, _, grid))| (format!("meshes/{index}"), mesh_bytes(grid).into()));
-    let own = ("plan.json".to_owned(), plan.to_json().into());
-    meshes.chain(std::iter::once(own))
+    let manifest = ("plan.json".to_owned(), plan.to_json().into());
+    meshes.chain(std::iter::once(manifest))
 }
 
 /// Counts: tiles that were put, and that others had put; bricks; bytes.

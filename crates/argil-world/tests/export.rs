@@ -42,7 +42,10 @@ fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
         let path = entry.path();
         if path.is_dir() {
             found.extend(files(&path, ending));
-        } else if path.extension().is_some_and(|own| own == ending) {
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == ending)
+        {
             found.push(path);
         }
     }
@@ -76,7 +79,7 @@ fn meshes_of_3d_tiles_lie_on_the_surface() {
         let level: u32 = place
             .iter()
             .next()
-            .and_then(|own| own.to_str())
+            .and_then(|name| name.to_str())
             .expect("a level")
             .parse()
             .expect("a level");

@@ -104,12 +104,15 @@ fn what_is_damaged_is_not_seen() {
     let (bricks, problems, image) = view(&inner, Fault::None, &scene);
     assert!(bricks > 100 && problems == 0);
     for fault in [Fault::Fails, Fault::Hangs, Fault::CutsOnce] {
-        let (_, problems, own) = view(&inner, fault, &scene);
-        assert!(problems == 0 && own == image, "{fault:?}");
+        let (_, problems, picture) = view(&inner, fault, &scene);
+        assert!(problems == 0 && picture == image, "{fault:?}");
     }
     for fault in [Fault::Cuts, Fault::Exchanges] {
-        let (own, problems, _) = view(&inner, fault, &scene);
-        assert!(own < bricks && problems > 0, "{fault:?}: {own}, {problems}");
+        let (drawn, problems, _) = view(&inner, fault, &scene);
+        assert!(
+            drawn < bricks && problems > 0,
+            "{fault:?}: {drawn}, {problems}"
+        );
         let found = status(&plan, &scene, &store(&inner, fault), true, &control).expect("a status");
         assert!(!found.damaged.is_empty(), "{fault:?}");
     }
@@ -128,7 +131,7 @@ fn damaged_tiles_are_baked_again() {
     let before = contents(&inner);
     let tile = before
         .iter()
-        .rfind(|(name, own)| name.contains("tiles/0") && own.len() > 1000);
+        .rfind(|(name, content)| name.contains("tiles/0") && content.len() > 1000);
     let (name, bytes) = tile.expect("a tile").clone();
     let runtime = tokio::runtime::Builder::new_current_thread().build();
     let mut wrong = bytes.to_vec();
@@ -137,7 +140,7 @@ fn damaged_tiles_are_baked_again() {
     let put = inner.put(&place, wrong.into());
     runtime.expect("a runtime").block_on(put).expect("written");
     let found = status(&plan, &scene, &good, true, &control).expect("a status");
-    let own: TileAddress = name
+    let address_of_tile: TileAddress = name
         .rsplit_once("tiles/")
         .expect("a tile")
         .1
@@ -145,7 +148,7 @@ fn damaged_tiles_are_baked_again() {
         .expect("a place");
     assert_eq!(
         found.damaged.first().map(|(address, _)| *address),
-        Some(own)
+        Some(address_of_tile)
     );
     let refused = finish(&plan, &scene, &good, true, &control);
     assert!(

@@ -141,12 +141,12 @@ fn edits_lie_over_tiles() {
     let options = found.levels_options();
     let built = found.build(&Engine::cpu(), options, ReadMode::Wait);
     let (mut current, mut built) = built.expect("a world");
-    let own = image(&mut built);
+    let picture = image(&mut built);
     let of_scene = |scene: &Scene| {
         let built = Engine::cpu().build(scene).expect("a field");
         image(&mut built.with_representation(options).expect("levels"))
     };
-    assert!(own == of_scene(&edited) && own != of_scene(&scene));
+    assert!(picture == of_scene(&edited) && picture != of_scene(&scene));
     assert!(found.fetched()[0] > 0);
     // And it is edited further.
     current

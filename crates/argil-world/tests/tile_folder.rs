@@ -52,18 +52,18 @@ fn only_tiles_are_removed() {
     assert!(most > 0 && draw(&inner, here.path(), 1 << 30) == 0);
 
     // What a user has there, long before any tile, also in folders that could be a world's.
-    let own = here.path().join("argil-tiles");
+    let cache = here.path().join("argil-tiles");
     let hash = plan.hash();
     let foreign = [
         here.path().join("photo.jpg"),
         here.path().join("0/1_1_1"),
         here.path().join(hash).join("tiles/0/1_1_1"),
-        own.join("notes.txt"),
-        own.join("0/1_1_1"),
-        own.join(hash).join("tiles/0/1_1_1.bak"),
-        own.join(hash).join("tiles/0/01_1_1"),
-        own.join(hash).join("tiles/notes/1_1_1"),
-        own.join(hash).join("1_1_1"),
+        cache.join("notes.txt"),
+        cache.join("0/1_1_1"),
+        cache.join(hash).join("tiles/0/1_1_1.bak"),
+        cache.join(hash).join("tiles/0/01_1_1"),
+        cache.join(hash).join("tiles/notes/1_1_1"),
+        cache.join(hash).join("1_1_1"),
     ];
     for path in &foreign {
         std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
@@ -74,7 +74,7 @@ fn only_tiles_are_removed() {
         dated.expect("a date");
     }
     // One tile is gone, so that another is written and the folder is trimmed.
-    let tile = files_below(&own.join(hash).join("tiles"))
+    let tile = files_below(&cache.join(hash).join("tiles"))
         .into_iter()
         .find(|(path, _)| !foreign.contains(path));
     std::fs::remove_file(tile.expect("a tile").0).expect("removed");
@@ -82,7 +82,7 @@ fn only_tiles_are_removed() {
     for path in &foreign {
         assert!(path.exists(), "{}", path.display());
     }
-    let tiles = files_below(&own)
+    let tiles = files_below(&cache)
         .into_iter()
         .filter(|(path, _)| !foreign.contains(path));
     let bytes: u64 = tiles.map(|(_, length)| length).sum();
@@ -97,8 +97,8 @@ fn folders_without_the_mark_are_not_used() {
     let good = store(&inner, Fault::None);
     bake(&plan, &scene, &good, Shard::WHOLE, &control).expect("a world");
     let here = tempfile::tempdir().expect("a folder");
-    let own = here.path().join("argil-tiles");
-    let foreign = own.join(plan.hash()).join("tiles/0/1_1_1");
+    let cache = here.path().join("argil-tiles");
+    let foreign = cache.join(plan.hash()).join("tiles/0/1_1_1");
     std::fs::create_dir_all(foreign.parent().expect("a folder")).expect("a folder");
     std::fs::write(&foreign, [7; 5000]).expect("a file");
     assert!(draw(&inner, here.path(), 1) > 0);

@@ -210,7 +210,7 @@ impl EditSession {
         }
         let dirty_box = boxes
             .iter()
-            .fold(Aabb::EMPTY, |all, [own, _]| all.union(*own));
+            .fold(Aabb::EMPTY, |all, [changed, _]| all.union(*changed));
         Ok(UpdateResult::InPlace(EditReport {
             remaining_blocks: self.remaining_blocks(),
             dirty_box,

@@ -72,11 +72,11 @@ pub(crate) fn heights(
         for i in 0..nx {
             let (rows, columns) = (span(k, height, nz), span(i, width, nx));
             let count = (rows.len() * columns.len()) as f64;
-            let own = rows.flat_map(|row| {
+            let covered = rows.flat_map(|row| {
                 let first = row * width as usize;
                 columns.clone().map(move |column| first + column)
             });
-            let sum: f64 = own.map(|pixel| f64::from(brightness(pixel))).sum();
+            let sum: f64 = covered.map(|pixel| f64::from(brightness(pixel))).sum();
             heights.push(((sum / count) as f32).clamp(0.0, 1.0));
         }
     }

@@ -149,9 +149,12 @@ impl World {
     ///
     /// # Errors
     /// As for [`World::shader_volume`], and if the world has another representation than the one that was bound.
-    pub fn update_shader_volume(&self, own: &mut ShaderVolume) -> Result<bool, RenderError> {
+    pub fn update_shader_volume(
+        &self,
+        volume_of_shaders: &mut ShaderVolume,
+    ) -> Result<bool, RenderError> {
         let (field, volume, frame) = self.volume_of_shaders()?;
-        Ok(own.follow(field, volume, &frame)?)
+        Ok(volume_of_shaders.follow(field, volume, &frame)?)
     }
 
     /// Returns what shaders read, with the accuracy of a frame.

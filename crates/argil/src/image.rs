@@ -119,18 +119,18 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<PngImage, ImageFileError> {
     };
     let file = std::fs::File::open(path).map_err(|e| fault(e.to_string()))?;
     let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
-    let own = decoder
+    let header = decoder
         .read_header_info()
         .map_err(|e| fault(format!("not a PNG image: {e}")))?;
-    let (width, height) = own.size();
+    let (width, height) = header.size();
     if u64::from(width) * u64::from(height) > MAX_IMAGE_PIXELS {
         return Err(fault(format!(
             "{width} × {height} pixels: images have up to {MAX_IMAGE_PIXELS}; make it smaller"
         )));
     }
-    let had_more = own.bit_depth == png::BitDepth::Sixteen
+    let had_more = header.bit_depth == png::BitDepth::Sixteen
         || matches!(
-            own.color_type,
+            header.color_type,
             png::ColorType::Rgba | png::ColorType::GrayscaleAlpha
         );
     decoder.set_transformations(png::Transformations::normalize_to_color8());

@@ -67,7 +67,7 @@ fn decoded(bytes: &[u8], place: &Path) -> Result<SceneImage, MeshFileError> {
     let mut pixels: Vec<[f32; 3]> = pixels.map(|pixel| pixel.0).collect();
     if let Some(index) = pixels
         .iter()
-        .position(|own| own.iter().any(|c| !c.is_finite()))
+        .position(|color| color.iter().any(|c| !c.is_finite()))
     {
         let (x, y) = (index % width as usize, index / width as usize);
         return Err(fault(format!(

@@ -43,17 +43,17 @@ impl Light {
         }
         // Not while the lock is held: baking waits for threads, and one of them may render another image of this world. It
         // bakes for itself then.
-        let mut own = self.lock().take();
-        if let (Some(light), Some(live)) = (&mut own, live)
+        let mut baked = self.lock().take();
+        if let (Some(light), Some(live)) = (&mut baked, live)
             && light.update(live, program).is_err()
         {
-            own = None;
+            baked = None;
         }
-        if own.is_none() {
-            own = LightLevels::bake(program, bricks).ok();
+        if baked.is_none() {
+            baked = LightLevels::bake(program, bricks).ok();
         }
-        let levels = own.as_ref().map(|light| light.levels().clone());
-        *self.lock() = own;
+        let levels = baked.as_ref().map(|light| light.levels().clone());
+        *self.lock() = baked;
         levels
     }
 

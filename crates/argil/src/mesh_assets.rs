@@ -153,16 +153,19 @@ pub fn load_meshes_from_bytes(
     let images = scene.missing_images();
     image_assets::load(scene, images, |path| {
         let name = Path::new(path).file_name().unwrap_or_default();
-        let own = files.iter().find(|(own, _)| name == own.as_str());
-        Ok(own.map(|(own, bytes)| (own.into(), bytes.clone())))
+        let file = files.iter().find(|(file, _)| name == file.as_str());
+        Ok(file.map(|(file, bytes)| (file.into(), bytes.clone())))
     })?;
     let mut loaded = Vec::new();
     for (path, resolution) in scene.missing_meshes() {
         let name = Path::new(&path).file_name().unwrap_or_default();
-        let Some((own, bytes)) = files.iter().find(|(own, _)| name == own.as_str()) else {
+        let Some((file_name, bytes)) = files
+            .iter()
+            .find(|(file_name, _)| name == file_name.as_str())
+        else {
             continue;
         };
-        let place = Path::new(own);
+        let place = Path::new(file_name);
         #[cfg(feature = "volume-files")]
         if crate::is_volume_file(place) {
             let volume = crate::read_volume_bytes(bytes, place, &Default::default())?;
@@ -171,8 +174,8 @@ pub fn load_meshes_from_bytes(
             loaded.push(mesh);
             continue;
         }
-        if is_image(own) || is_grid(own) {
-            let grid = match is_image(own) {
+        if is_image(file_name) || is_grid(file_name) {
+            let grid = match is_image(file_name) {
                 true => heights(bytes, resolution, place)?,
                 false => grid_of(bytes, place)?,
             };
@@ -204,8 +207,8 @@ pub fn load_meshes_from_bytes(
 /// Returns the bytes of a file that a mesh file names, found by its file name without folder.
 fn given(files: &[(String, Vec<u8>)], path: &str) -> Result<Vec<u8>, MeshReadError> {
     let name = Path::new(path).file_name().unwrap_or_default();
-    let own = files.iter().find(|(own, _)| name == own.as_str());
-    let (_, bytes) = own.ok_or_else(|| MeshReadError::Io {
+    let file = files.iter().find(|(file, _)| name == file.as_str());
+    let (_, bytes) = file.ok_or_else(|| MeshReadError::Io {
         path: path.into(),
         source: std::io::Error::other("it is not among the files: add it, too"),
     })?;

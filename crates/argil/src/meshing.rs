@@ -230,7 +230,7 @@ impl World {
         stages: &mut Stages,
     ) -> Result<(Mesh, VoxelGrid, Option<CellPrograms>), MeshError> {
         let voxel_grid = self.mesh_grid(options)?;
-        let own = field_mesh(
+        let field_mesh_parts = field_mesh(
             self.engine(),
             self.program(),
             voxel_grid,
@@ -238,12 +238,12 @@ impl World {
             options.normals == MeshNormals::Field,
             stages,
         )?;
-        let mut mesh = own.mesh;
+        let mut mesh = field_mesh_parts.mesh;
         if options.normals != MeshNormals::Field {
             mesh.normals = Vec::new();
         }
-        *made = Some(own.bricks.into());
-        Ok((mesh, voxel_grid, Some(own.lists)))
+        *made = Some(field_mesh_parts.bricks.into());
+        Ok((mesh, voxel_grid, Some(field_mesh_parts.lists)))
     }
 
     /// Meshes the field on the device, unless that leaves it to the CPU. The bricks are built, meshed and freed there.

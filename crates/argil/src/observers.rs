@@ -31,7 +31,8 @@ impl Observers {
     /// Returns whether there was such a subscription.
     pub(crate) fn remove(&mut self, id: SubscriptionId) -> bool {
         let before = self.callbacks.len();
-        self.callbacks.retain(|(own, _)| *own != id);
+        self.callbacks
+            .retain(|(subscription, _)| *subscription != id);
         self.callbacks.len() < before
     }
 

@@ -160,8 +160,8 @@ impl<'a> Probe<'a> {
             if count > 0 && !held.contains(p) {
                 break;
             }
-            for (axis, own) in points.iter_mut().zip(p.to_array()) {
-                axis[count] = own;
+            for (axis, coordinate) in points.iter_mut().zip(p.to_array()) {
+                axis[count] = coordinate;
             }
             count += 1;
         }

@@ -178,12 +178,12 @@ impl<'a> Query<'a> {
         let mut lanes = [[0.0f32; LANES]; 3];
         let mut visit = |list: Option<&[Instruction]>, nths: &[u32]| {
             for (i, &index) in nths.iter().enumerate() {
-                for (lanes, own) in lanes.iter_mut().zip(points[index as usize]) {
-                    lanes[i] = own;
+                for (lanes, coordinate) in lanes.iter_mut().zip(points[index as usize]) {
+                    lanes[i] = coordinate;
                 }
             }
             let list = list.unwrap_or(program.instructions());
-            visit(list, lanes.each_ref().map(|own| &own[..nths.len()]), nths);
+            visit(list, lanes.each_ref().map(|axis| &axis[..nths.len()]), nths);
         };
         match self.world.list_tree() {
             Some(tree) => tree.each_list(program, points, visit),

@@ -83,7 +83,7 @@ impl World {
         let (picture, _) = self.picture(camera, &small, false).await?;
         settings.heat_steps = picture
             .statistics
-            .map(|own| (1.25 * own.steps.p95) as u32)
+            .map(|counted| (1.25 * counted.steps.p95) as u32)
             .map(|steps| steps.max(LEAST_HEAT));
         Ok(settings)
     }

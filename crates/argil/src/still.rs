@@ -200,8 +200,8 @@ impl Query<'_> {
             return None;
         }
         let is_opaque = |probe: &mut Probe<'_>, t: f32| {
-            let [own] = probe.appearances([at(t)]);
-            own[8] * (1.0 - own[7]) <= 0.0
+            let [material] = probe.appearances([at(t)]);
+            material[8] * (1.0 - material[7]) <= 0.0
         };
         if is_opaque(probe, 0.0) {
             return None;
@@ -254,7 +254,10 @@ fn bumped(probe: &mut Probe<'_>, point: Vec3, normal: Vec3, step: f32) -> ([f32;
     else {
         return (probe.appearances([point])[0], normal);
     };
-    let [own, right, up] = probe.appearances([point, point + step * x, point + step * y]);
-    let slope = ((right[11] - own[11]) * x + (up[11] - own[11]) * y) / step;
-    (own, (normal - slope).try_normalize().unwrap_or(normal))
+    let [appearance, right, up] = probe.appearances([point, point + step * x, point + step * y]);
+    let slope = ((right[11] - appearance[11]) * x + (up[11] - appearance[11]) * y) / step;
+    (
+        appearance,
+        (normal - slope).try_normalize().unwrap_or(normal),
+    )
 }

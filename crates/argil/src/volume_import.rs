@@ -157,16 +157,16 @@ pub fn read_volume_bytes(
     let (lattice, name, class) = match ending.to_lowercase().as_str() {
         "vdb" => {
             let file = VdbFile::parse(bytes).map_err(damaged)?;
-            all_grids.extend(file.grids.iter().map(|own| own.name.clone()));
+            all_grids.extend(file.grids.iter().map(|stored| stored.name.clone()));
             let grid = file.float_grid(name);
             of_grid(grid.map_err(damaged)?, size).map_err(refuse)?
         }
         "nvdb" => {
             let grids = nvdb::read(bytes).map_err(damaged)?;
-            all_grids.extend(grids.iter().map(|own| own.header.name.clone()));
+            all_grids.extend(grids.iter().map(|stored| stored.header.name.clone()));
             let found = grids
                 .into_iter()
-                .find(|own| name.is_none_or(|name| own.header.name == name));
+                .find(|stored| name.is_none_or(|name| stored.header.name == name));
             let grid = found.ok_or_else(|| refuse(format!("no grid is named {name:?}")))?;
             of_grid(grid, size).map_err(refuse)?
         }
@@ -189,8 +189,8 @@ pub fn read_volume_bytes(
     let mut lattice = lattice.map_err(refuse)?;
     let scale = scale_to_distances(&mut lattice);
     let grid = sampled(&lattice, size).map_err(refuse)?;
-    if let Some(own) = all_grids.iter().position(|other| *other == name) {
-        all_grids.remove(own);
+    if let Some(position) = all_grids.iter().position(|other| *other == name) {
+        all_grids.remove(position);
     }
     Ok(ReadVolume {
         grid,
@@ -209,7 +209,11 @@ type NamedLattice = (Lattice, String, GridClass);
 fn of_grid(grid: Grid<f32>, file_bytes: u64) -> Result<NamedLattice, String> {
     let Grid { header, mut tree } = grid;
     let is_near = |c: &i32| c.unsigned_abs() <= MAX_INDEX as u32;
-    if !tree.uppers.iter().all(|own| own.origin.iter().all(is_near)) {
+    if !tree
+        .uppers
+        .iter()
+        .all(|upper| upper.origin.iter().all(is_near))
+    {
         return Err(too_far());
     }
     let has_tiles = tree.statistics().active_tiles != [0; 3];

@@ -149,13 +149,13 @@ fn normals_of_fine_meshes_are_the_fields() {
     let mesh = world.mesh(&options).expect("a mesh").mesh;
     let h = 1e-3 * world.view_bounds().half_diagonal();
     let is_off = |i: &usize| {
-        let (p, own) = (mesh.positions[*i], mesh.normals[*i]);
+        let (p, normal) = (mesh.positions[*i], mesh.normals[*i]);
         let by = [0, 1, 2].map(|axis| {
             let mut step = argil::glam::Vec3::ZERO;
             step[axis] = h;
             world.distance((p + step).to_array()) - world.distance((p - step).to_array())
         });
-        argil::glam::Vec3::from(by).normalize_or_zero().dot(own) < 0.95
+        argil::glam::Vec3::from(by).normalize_or_zero().dot(normal) < 0.95
     };
     let looked_at = (0..mesh.positions.len()).step_by(7);
     let count = looked_at.len();
@@ -273,13 +273,13 @@ fn sampled_functions_are_brushes() -> Result<(), Box<dyn std::error::Error>> {
         for i in 0..200 {
             let along = |k: u32| 1.6 * ((i * k) % 97) as f32 / 97.0 - 0.8;
             let p = [along(13), 0.5 * along(31), along(57)];
-            let [own, told] = [&torus, &world].map(|world| world.distance(p));
+            let [truth, told] = [&torus, &world].map(|world| world.distance(p));
             // Exact near the surface; elsewhere what lies between coarse samples is a little off.
-            let room = if own.abs() < 0.02 { 0.004 } else { 0.02 };
-            assert!(told <= own + room, "{p:?}: {told} and {own}");
+            let room = if truth.abs() < 0.02 { 0.004 } else { 0.02 };
+            assert!(told <= truth + room, "{p:?}: {told} and {truth}");
             assert!(
-                own.abs() > 0.02 || told > own - room,
-                "{p:?}: {told} and {own}"
+                truth.abs() > 0.02 || told > truth - room,
+                "{p:?}: {told} and {truth}"
             );
         }
     }

@@ -79,10 +79,10 @@ fn difference(a: &Still, b: &Still) -> Difference {
                 for index in 0..BLOCK * BLOCK {
                     let (x, y) = (first_x + index % BLOCK, first_y + index / BLOCK);
                     let at = (y * SIZE[0] + x) as usize;
-                    let [own, other] = lights.each_ref().map(|all| f64::from(all[at][channel]));
-                    apart += own - other;
-                    let [own, other] = noise.each_ref().map(|all| f64::from(all[at][channel]));
-                    variance += own + other;
+                    let [first, other] = lights.each_ref().map(|all| f64::from(all[at][channel]));
+                    apart += first - other;
+                    let [first, other] = noise.each_ref().map(|all| f64::from(all[at][channel]));
+                    variance += first + other;
                 }
                 // Light without noise is rounded.
                 let variance = variance + (1e-4 * f64::from(BLOCK * BLOCK)).powi(2);
@@ -155,8 +155,8 @@ fn lights_agree() -> Outcome {
             [0.9, 0.1, 0.6],
         ),
     ];
-    let own = scene(ALL_LIGHTS, materials, &brushes.join(","))?;
-    let [on_cpu, on_gpu] = worlds(&own)?;
+    let lit = scene(ALL_LIGHTS, materials, &brushes.join(","))?;
+    let [on_cpu, on_gpu] = worlds(&lit)?;
     let found = still(&on_gpu, 64)?;
     assert_same("lights", &still(&on_cpu, 64)?, &found, OF_FIELDS);
     // Control: a slightly rougher metal is another picture.
@@ -234,8 +234,8 @@ fn glass_agrees() -> Outcome {
         ),
     ];
     let view = r#", "lights": [{"type": "area", "at": [-1.5, 2.5, 1.5], "target": [0, 0, 0], "size": [2, 2], "radiance": [2, 2, 2]}]"#;
-    let own = scene(view, materials, &brushes.join(","))?;
-    let [on_cpu, mut on_gpu] = worlds(&own)?;
+    let lit = scene(view, materials, &brushes.join(","))?;
+    let [on_cpu, mut on_gpu] = worlds(&lit)?;
     let expected = still(&on_cpu, 64)?;
     assert_same("glass", &expected, &still(&on_gpu, 64)?, OF_FIELDS);
     on_gpu.specialize()?;
@@ -248,7 +248,7 @@ fn glass_agrees() -> Outcome {
 #[test]
 fn textures_agree() -> Outcome {
     let material = |pattern: &str, size: f32| {
-        let own = |high: &str| {
+        let texture = |high: &str| {
             format!(
                 r#"{{"pattern": {{"type": "{pattern}"}}, "size": {size}, "low": 0.1, "high": {high}}}"#
             )
@@ -256,9 +256,9 @@ fn textures_agree() -> Outcome {
         format!(
             r#"{{"textures": {{"base_color": {{"pattern": {{"type": "{pattern}"}}, "size": {size}, "high": [0.9, 0.5, 0.2]}},
             "roughness": {}, "metallic": {}, "bump": {}}}}}"#,
-            own("0.9"),
-            own("1"),
-            own("0.13")
+            texture("0.9"),
+            texture("1"),
+            texture("0.13")
         )
     };
     let materials = format!(
@@ -280,8 +280,8 @@ fn textures_agree() -> Outcome {
             [0.9, 0.1, 0.6],
         ),
     ];
-    let own = scene("", &materials, &brushes.join(","))?;
-    assert_agrees("textures", &own, 24, OF_FIELDS)
+    let textured = scene("", &materials, &brushes.join(","))?;
+    assert_agrees("textures", &textured, 24, OF_FIELDS)
 }
 
 /// Bricks and dense volumes, with their own materials; what has no paths says so.
@@ -301,18 +301,18 @@ fn volumes_agree() -> Outcome {
         )
         .replace(r#""material""#, r#""blend": 0.1, "material""#),
     ];
-    let own = scene(ALL_LIGHTS, materials, &brushes.join(","))?;
+    let lit = scene(ALL_LIGHTS, materials, &brushes.join(","))?;
     let engines = [Engine::cpu(), Engine::with_backend(Backend::Gpu)?];
     for representation in [
         Representation::Bricks(96.into()),
         Representation::Dense(64.into()),
     ] {
-        let build = |engine: &Engine| engine.build(&own)?.with_representation(representation);
+        let build = |engine: &Engine| engine.build(&lit)?.with_representation(representation);
         let [a, b] = engines.each_ref().map(build);
         let (a, b) = (still(&a?, 64)?, still(&b?, 64)?);
         assert_same(representation.name(), &a, &b, OF_VOLUMES);
     }
-    let octree = engines[1].build(&own)?.octree(32)?;
+    let octree = engines[1].build(&lit)?.octree(32)?;
     let error = still(&octree, 1).expect_err("octrees have no paths");
     assert!(error.to_string().contains("octree"), "{error}");
     Ok(())
@@ -342,10 +342,10 @@ fn white_surfaces_vanish_in_a_white_room() -> Outcome {
     ];
     let view = r#", "lights": [], "environment": {"type": "color", "radiance": [1, 1, 1]}"#;
     let floor = r#"{"base_color": [1, 1, 1], "roughness": 1}"#;
-    let own = scene_on(floor, view, materials, &brushes.join(","))?;
-    let world = Engine::with_backend(Backend::Gpu)?.build(&own)?.field();
+    let furnace = scene_on(floor, view, materials, &brushes.join(","))?;
+    let world = Engine::with_backend(Backend::Gpu)?.build(&furnace)?.field();
     let found = still(&world, 64)?.radiance();
-    let mean = found.iter().map(|own| f64::from(own[1])).sum::<f64>() / found.len() as f64;
+    let mean = found.iter().map(|light| f64::from(light[1])).sum::<f64>() / found.len() as f64;
     assert!((mean - 1.0).abs() < 0.005, "{mean}");
     Ok(())
 }
@@ -359,7 +359,7 @@ fn options_agree() -> Outcome {
         "gold",
         [-0.6, 0.4, 0.0],
     );
-    let own = scene(r#", "ground": true"#, materials, &sphere)?;
+    let lit = scene(r#", "ground": true"#, materials, &sphere)?;
     let options = StillOptions {
         samples: 16,
         firefly_clamp: Some(0.5),
@@ -367,7 +367,7 @@ fn options_agree() -> Outcome {
         max_bounces: 4,
         ..StillOptions::default()
     };
-    let [a, b] = worlds(&own)?.map(|world| {
+    let [a, b] = worlds(&lit)?.map(|world| {
         let settings = world.render_settings(SIZE, RenderMode::Shaded);
         let mut still = world.still(&world.camera(), &settings, &options)?;
         world.refine_still(&mut still, &world.camera(), &settings, &options)?;

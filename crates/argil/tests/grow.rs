@@ -108,17 +108,20 @@ fn brushes_outside_the_first_box_are_stored() -> Outcome {
             );
             // The field is the independent witness.
             let field = engine.build(&scene)?.field();
-            let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
+            let [pixels, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
             assert!(
-                own.abs_diff(exact) <= exact / 12 + 2,
-                "{at:?}: {own} and {exact}"
+                pixels.abs_diff(exact) <= exact / 12 + 2,
+                "{at:?}: {pixels} and {exact}"
             );
-            assert!(own > whole / 2, "{at:?}: {own} of {whole}");
+            assert!(pixels > whole / 2, "{at:?}: {pixels} of {whole}");
         }
         // What was there before is there still.
         let field = engine.build(&scene)?.field();
-        let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, [0.0; 3]));
-        assert!(own.abs_diff(exact) <= exact / 12 + 2, "{own} and {exact}");
+        let [pixels, exact] = [&world, &field].map(|world| pixels_of_ball(world, [0.0; 3]));
+        assert!(
+            pixels.abs_diff(exact) <= exact / 12 + 2,
+            "{pixels} and {exact}"
+        );
         if let Some(query) = world.query_volume() {
             let hit = query.cast_ray([900.0, -700.0, 830.0], [0.0, 0.0, -1.0], 100.0);
             assert!((hit.expect("the far ball").distance - 29.5).abs() < 0.1);
@@ -144,10 +147,10 @@ fn distant_brushes_are_baked_in_one_build() -> Outcome {
             *bytes = world.memory_bytes();
             let field = engine.build(&scene)?.field();
             for at in [[0.0; 3], [apart, 0.0, 0.0]] {
-                let [own, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
+                let [pixels, exact] = [&world, &field].map(|world| pixels_of_ball(world, at));
                 assert!(
-                    own > 100 && own.abs_diff(exact) <= exact / 12 + 2,
-                    "{at:?}: {own} and {exact}"
+                    pixels > 100 && pixels.abs_diff(exact) <= exact / 12 + 2,
+                    "{at:?}: {pixels} and {exact}"
                 );
             }
         }
@@ -382,13 +385,13 @@ fn a_grown_world_survives_a_file() -> Outcome {
     world.save(&path)?;
     let (mut scene, mut again) = Engine::cpu().load(VolumeFile::open(&path)?, &path)?;
     assert_eq!(again.diff_from_rebuild()?, Some(0));
-    let (own, theirs) = (world.volume()?, again.volume()?);
-    let (Some(Volume::Bricks(own)), Some(Volume::Bricks(theirs))) =
-        (own.as_deref(), theirs.as_deref())
+    let (ours, theirs) = (world.volume()?, again.volume()?);
+    let (Some(Volume::Bricks(ours)), Some(Volume::Bricks(theirs))) =
+        (ours.as_deref(), theirs.as_deref())
     else {
         panic!("bricks are kept");
     };
-    assert_eq!(own.differing_cells(theirs), 0);
+    assert_eq!(ours.differing_cells(theirs), 0);
     scene.push(ball_at([0.0, 0.0, -90.0]))?;
     assert!(!again.apply(&scene)?.rebuilt);
     assert_eq!(again.diff_from_rebuild()?, Some(0));

@@ -33,16 +33,16 @@ fn frames_are_the_worlds_own_pictures() -> Outcome {
                 ground: false,
                 ..world.render_settings(host.size, mode)
             };
-            let own = world.render(&camera, &settings)?;
+            let picture = world.render(&camera, &settings)?;
             let (mut far, mut hits) = (0, 0_usize);
-            for (found, own) in found.iter().zip(own.rgb.as_chunks::<3>().0) {
+            for (found, expected_pixel) in found.iter().zip(picture.rgb.as_chunks::<3>().0) {
                 if found[..3] != CLEAR {
                     hits += 1;
-                    let differs = |i: usize| found[i].abs_diff(own[i]) > 2;
+                    let differs = |i: usize| found[i].abs_diff(expected_pixel[i]) > 2;
                     far += usize::from((0..3).any(differs));
                 }
             }
-            let expected = own.hit_pixels;
+            let expected = picture.hit_pixels;
             assert!(
                 hits.abs_diff(expected) * 50 < expected,
                 "{representation:?}: {hits}"

@@ -16,7 +16,7 @@ pub(crate) const CLEAR: [u8; 3] = [51, 102, 153];
 /// What rays march through in frames of a host.
 pub(crate) fn representations() -> Vec<Representation> {
     let mut all = Representation::all(48);
-    all.retain(|own| !matches!(own, Representation::Mesh(_)));
+    all.retain(|representation| !matches!(representation, Representation::Mesh(_)));
     all
 }
 
@@ -182,7 +182,7 @@ impl Host {
         let [r, g, b] = CLEAR.map(|c| f64::from(c) / 255.0);
         let views = targets
             .iter()
-            .map(|own| own.create_view(&Default::default()));
+            .map(|texture| texture.create_view(&Default::default()));
         let views: Vec<_> = views.collect();
         let depth_view = self.depth.create_view(&Default::default());
         let attachments = views.iter().map(|view| {

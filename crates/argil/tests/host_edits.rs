@@ -56,7 +56,7 @@ fn edits_are_part_of_the_hosts_submission() -> Outcome {
     let mut world = engine.build(&scene)?.bricks(96)?;
     let mut twin = engine.build(&scene)?.bricks(96)?;
     let mut frame = world.host_frame(&Host::targets())?;
-    let mut own = twin.host_frame(&Host::targets())?;
+    let mut twin_frame = twin.host_frame(&Host::targets())?;
     let mut without_work = 0;
     let all = brushes();
     for (index, brush) in all.iter().enumerate() {
@@ -82,7 +82,7 @@ fn edits_are_part_of_the_hosts_submission() -> Outcome {
         // A host presents, which waits for a frame before.
         let found = host.pixels(&host.color)?;
         twin.apply(&scene)?;
-        host.draw(&twin, &mut own, (view(), RenderMode::Normal), 0.0)?;
+        host.draw(&twin, &mut twin_frame, (view(), RenderMode::Normal), 0.0)?;
         // Rays step through blocks that are to leave the table cell by cell, which rounds their lengths elsewhere.
         let expected = host.pixels(&host.color)?;
         let pairs = found.iter().zip(&expected);
@@ -135,13 +135,13 @@ fn all_representations_follow() -> Outcome {
     let host = Host::new([72, 48])?;
     let (_, engine) = host.engine()?;
     let mut all = Representation::all(48);
-    all.retain(|own| !matches!(own, Representation::Mesh(_)));
+    all.retain(|kind| !matches!(kind, Representation::Mesh(_)));
     for representation in all {
         let mut scene = block()?;
         let mut world = engine.build(&scene)?.with_representation(representation)?;
         let mut twin = engine.build(&scene)?.with_representation(representation)?;
         let mut frame = world.host_frame(&Host::targets())?;
-        let mut own = twin.host_frame(&Host::targets())?;
+        let mut twin_frame = twin.host_frame(&Host::targets())?;
         for brush in brushes().into_iter().take(12) {
             scene.push(brush)?;
         }
@@ -157,7 +157,7 @@ fn all_representations_follow() -> Outcome {
         host.queue.submit([encoder.finish()]);
         let found = host.pixels(&host.color)?;
         twin.apply(&scene)?;
-        host.draw(&twin, &mut own, (view(), RenderMode::Normal), 0.0)?;
+        host.draw(&twin, &mut twin_frame, (view(), RenderMode::Normal), 0.0)?;
         assert_eq!(
             found,
             host.pixels(&host.color)?,

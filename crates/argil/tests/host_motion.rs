@@ -70,8 +70,8 @@ impl Rig {
 
 /// How far a point went in the image, if it was elsewhere in the world and in the view before.
 fn motion_of(point: Vec3, view: Mat4, place: Vec3, before: Mat4) -> Vec2 {
-    let [now, before] =
-        [(view, point), (before, place)].map(|(own, at)| own.project_point3(at).truncate());
+    let [now, before] = [(view, point), (before, place)]
+        .map(|(projection, at)| projection.project_point3(at).truncate());
     (now - before) * Vec2::new(0.5, -0.5)
 }
 
@@ -123,16 +123,16 @@ fn scene() -> Result<(Scene, Vec<Mover>), Box<dyn std::error::Error>> {
 
 /// Returns a scene with one node alone, as a solid.
 fn alone(scene: &Scene, node: NodeId) -> Result<World, Box<dyn std::error::Error>> {
-    let mut own = scene.snapshot();
+    let mut reduced = scene.snapshot();
     for &other in scene.node(Scene::ROOT).children() {
         if other != node {
-            own.apply(Edit::Remove { node: other })?;
+            reduced.apply(Edit::Remove { node: other })?;
         }
     }
-    let mut desc = own.node(node).desc().clone();
+    let mut desc = reduced.node(node).desc().clone();
     desc.operator.kind = OperatorKind::Union;
-    own.apply(Edit::Replace { node, desc })?;
-    Ok(Engine::cpu().build(&own)?.field())
+    reduced.apply(Edit::Replace { node, desc })?;
+    Ok(Engine::cpu().build(&reduced)?.field())
 }
 
 /// Points of brushes that edits moved have their motion, and others only the camera's: after one edit and after two, where the map of
@@ -153,8 +153,8 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
         rig.draw(&world, &mut frame, views[0])?;
         for edits in [0_i32, 1, 2] {
             for _ in 0..edits {
-                for own in &moves {
-                    let (node, by) = (own.node, own.by.clone());
+                for step in &moves {
+                    let (node, by) = (step.node, step.by.clone());
                     scene.apply(Edit::Transform { node, by })?;
                 }
                 world.apply(&scene)?;
@@ -165,9 +165,9 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
             let mut counts = vec![0; 1 + moves.len()];
             let floor = scene.node(Scene::ROOT).children()[0];
             let mut others = vec![(alone(&scene, floor)?, Affine3A::IDENTITY)];
-            for own in &moves {
-                let all = (0..edits).fold(Affine3A::IDENTITY, |all, _| own.map * all);
-                others.push((alone(&scene, own.node)?, all.inverse()));
+            for step in &moves {
+                let all = (0..edits).fold(Affine3A::IDENTITY, |all, _| step.map * all);
+                others.push((alone(&scene, step.node)?, all.inverse()));
             }
             for (point, found) in pixels {
                 // A page of levels that is too coarse ends rays before the surface.
@@ -176,7 +176,7 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
                 }
                 let gaps: Vec<f32> = others
                     .iter()
-                    .map(|(own, _)| own.distance(point.into()).abs())
+                    .map(|(other, _)| other.distance(point.into()).abs())
                     .collect();
                 let owner = gaps.iter().position(|gap| *gap < NEAR[0]);
                 // Where two are near, either may win. Paint is no surface.
@@ -202,7 +202,7 @@ fn brushes_that_edits_move_have_motion() -> Outcome {
             let seen = counts
                 .iter()
                 .enumerate()
-                .all(|(index, own)| index == 4 || *own > 8);
+                .all(|(index, count)| index == 4 || *count > 8);
             assert!(seen, "{representation:?}: {counts:?}");
         }
     }
@@ -277,10 +277,10 @@ fn motion_creates_nothing_later() -> Outcome {
     let mut frame = world.host_frame(&Rig::targets())?;
     let mut last = Default::default();
     for _ in 0..6 {
-        let own = &moves[0];
+        let step = &moves[0];
         scene.apply(Edit::Transform {
-            node: own.node,
-            by: own.by.clone(),
+            node: step.node,
+            by: step.by.clone(),
         })?;
         let before = gpu.counters();
         let mut encoder = rig.host.device.create_command_encoder(&Default::default());

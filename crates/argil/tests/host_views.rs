@@ -167,9 +167,14 @@ fn normals_and_motion_have_targets() -> Outcome {
             false => &[&host.color, &motion],
         };
         let mut frame = world.host_frame(&targets)?;
-        for own in [moved, view] {
+        for projection in [moved, view] {
             let mut encoder = host.device.create_command_encoder(&Default::default());
-            host.encode(&world, &mut frame, (own, RenderMode::Normal), &mut encoder)?;
+            host.encode(
+                &world,
+                &mut frame,
+                (projection, RenderMode::Normal),
+                &mut encoder,
+            )?;
             host.pass_with(used, &frame, 0.0, &mut encoder);
             host.queue.submit([encoder.finish()]);
         }
@@ -185,7 +190,8 @@ fn normals_and_motion_have_targets() -> Outcome {
             }
             hits += 1;
             let point = point_at(view, host.size, i, depth.into()).as_vec3();
-            let [now, before] = [view, moved].map(|own| own.project_point3(point).truncate());
+            let [now, before] =
+                [view, moved].map(|projection| projection.project_point3(point).truncate());
             let expected = (now - before) * glam::Vec2::new(0.5, -0.5);
             let [x, y] = [[motion[0], motion[1]], [motion[2], motion[3]]];
             let found = glam::Vec2::new(half(u16::from_le_bytes(x)), half(u16::from_le_bytes(y)));
@@ -218,8 +224,8 @@ fn a_matrix_gives_its_camera() {
             .expect("a perspective")
             .camera();
         assert!(camera.eye.distance(eye) < 1e-4, "{camera:?}");
-        let (own, expected) = (camera.target - camera.eye, Vec3::ONE - eye);
-        assert!(own.normalize().distance(expected.normalize()) < 1e-5);
+        let (direction, expected) = (camera.target - camera.eye, Vec3::ONE - eye);
+        assert!(direction.normalize().distance(expected.normalize()) < 1e-5);
         assert!((camera.field_of_view_degrees - 0.9f32.to_degrees()).abs() < 1e-3);
     }
 }

@@ -46,7 +46,7 @@ fn they_are_those_that_come_to_the_cpu() -> Outcome {
             }
             world.refine(&camera, &settings)?;
             let report = world.render_into(&camera, &settings, &textures)?;
-            let (own, distances) =
+            let (picture, distances) =
                 pollster::block_on(world.render_with_distances_async(&camera, &settings))?;
             assert!(report.statistics.is_some());
             // Hits and steps that nobody asks for change no pixel.
@@ -56,20 +56,26 @@ fn they_are_those_that_come_to_the_cpu() -> Outcome {
             };
             let plain = world.render(&camera, &uncounted)?;
             assert!(plain.statistics.is_none());
-            assert!(plain.rgb == own.rgb, "{representation:?}, {mode:?}");
-            assert_eq!(report.statistics, own.statistics, "{representation:?}");
+            assert!(plain.rgb == picture.rgb, "{representation:?}, {mode:?}");
+            assert_eq!(report.statistics, picture.statistics, "{representation:?}");
             let colors = host.pixels(textures.color())?;
-            let same = colors.iter().zip(own.rgb.as_chunks::<3>().0);
+            let same = colors.iter().zip(picture.rgb.as_chunks::<3>().0);
             let apart = same.filter(|(a, b)| a[..3] != b[..]).count();
             assert_eq!(apart, 0, "{representation:?}, {mode:?}");
             assert!(colors.iter().all(|color| color[3] == 255));
             let kept = host.pixels(textures.distance())?.into_iter();
             let kept: Vec<f32> = kept
                 .map(f32::from_le_bytes)
-                .map(|own| if own == f32::MAX { f32::INFINITY } else { own })
+                .map(|distance| {
+                    if distance == f32::MAX {
+                        f32::INFINITY
+                    } else {
+                        distance
+                    }
+                })
                 .collect();
             assert_eq!(kept, distances, "{representation:?}, {mode:?}");
-            assert!(kept.iter().any(|own| own.is_finite()));
+            assert!(kept.iter().any(|distance| distance.is_finite()));
         }
     }
     Ok(())
@@ -128,9 +134,12 @@ fn no_pixel_comes_back() -> Outcome {
         draw()?;
         let before = gpu.counters();
         draw()?;
-        let own = gpu.counters().since(before);
-        assert_eq!([own.submissions, own.buffers, own.pipelines], [1, 0, 0]);
-        counts.push(own.bytes_read);
+        let counted = gpu.counters().since(before);
+        assert_eq!(
+            [counted.submissions, counted.buffers, counted.pipelines],
+            [1, 0, 0]
+        );
+        counts.push(counted.bytes_read);
     }
     // Timestamps come back, where a device has them.
     assert!(counts[0] == counts[1] && counts[2] == counts[3] && counts[2] > counts[0]);
@@ -138,7 +147,7 @@ fn no_pixel_comes_back() -> Outcome {
     let settings = world.render_settings(host.size, RenderMode::Shaded);
     let before = gpu.counters();
     world.render(&world.camera(), &settings)?;
-    let own = gpu.counters().since(before);
-    assert_eq!(own.bytes_read, counts[0] + 4 * 320 * 200);
+    let read_back = gpu.counters().since(before);
+    assert_eq!(read_back.bytes_read, counts[0] + 4 * 320 * 200);
     Ok(())
 }

@@ -186,11 +186,11 @@ fn lamps_are_those_of_stills() -> Outcome {
                     continue;
                 }
                 let pair = Pair::draw(room(kind, near, distance)?)?;
-                let (right, [own, still]) = (pair.right(), pair.steps());
+                let (right, [image, still]) = (pair.right(), pair.steps());
                 assert!(right > 0.94, "{kind} {near:?} {distance}: {right}");
                 assert!(
-                    own < 2.0 * still + 0.02,
-                    "{kind} {near:?} {distance}: {own} {still}"
+                    image < 2.0 * still + 0.02,
+                    "{kind} {near:?} {distance}: {image} {still}"
                 );
             }
         }

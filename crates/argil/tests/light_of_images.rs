@@ -47,7 +47,11 @@ fn assert_image_is_still(what: &str, view: &str, brushes: &str, tolerance: f64) 
         ..StillOptions::default()
     };
     let still = world.still(&world.camera(), &settings, &options)?;
-    let green = |all: Vec<[f32; 3]>| all.into_iter().map(|own| f64::from(own[1])).sum::<f64>();
+    let green = |all: Vec<[f32; 3]>| {
+        all.into_iter()
+            .map(|color| f64::from(color[1]))
+            .sum::<f64>()
+    };
     let count = f64::from(24 * 24);
     let traced = green(still.radiance()) / count;
     let noise = green(still.variance()).sqrt() / count;

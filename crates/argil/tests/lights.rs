@@ -35,7 +35,7 @@ fn still(scene: &Scene, samples: u32) -> Result<Still, Box<dyn std::error::Error
 
 /// Returns the mean light of a picture, and how far that is off by noise.
 fn mean(still: &Still) -> (f64, f64) {
-    let green = |all: Vec<[f32; 3]>| all.into_iter().map(|own| f64::from(own[1]));
+    let green = |all: Vec<[f32; 3]>| all.into_iter().map(|color| f64::from(color[1]));
     let count = f64::from(24 * 24);
     let light = green(still.radiance()).sum::<f64>() / count;
     (light, green(still.variance()).sum::<f64>().sqrt() / count)
@@ -258,7 +258,7 @@ fn lenses_blur_and_backgrounds_are_left_out() -> Outcome {
     let lit = |lens: &str| -> Result<usize, Box<dyn std::error::Error>> {
         let view = format!(r#""lights": [], {BLACK} {lens}"#);
         let light = still(&scene(&view, lamp, sphere)?, 64)?.radiance();
-        Ok(light.iter().filter(|own| own[1] > 0.02).count())
+        Ok(light.iter().filter(|color| color[1] > 0.02).count())
     };
     let sharp = lit("")?;
     let in_focus = lit(r#", "lens": {"aperture_radius": 0.3}"#)?;
@@ -309,10 +309,10 @@ fn textures_move_with_their_brushes() -> Outcome {
         let before = [0.5, y, 0.2];
         // A quarter turn about y takes x to −z and z to x.
         let after = [2.2, 1.0 + y, -0.5];
-        let own = at("brush", "", before)?;
-        assert!((own - at("brush", moved, after)?).abs() < 1e-3, "{index}");
+        let color = at("brush", "", before)?;
+        assert!((color - at("brush", moved, after)?).abs() < 1e-3, "{index}");
         assert!((at("world", moved, after)? - at("world", "", after)?).abs() < 0.5);
-        let apart = (own - at("brush", "", [0.5, y, 0.05])?).abs();
+        let apart = (color - at("brush", "", [0.5, y, 0.05])?).abs();
         assert!(apart > 1e-4, "{index}: the pattern is flat");
     }
     // In the scene, the same point has the same color wherever the brush is.
@@ -327,7 +327,7 @@ fn textures_move_with_their_brushes() -> Outcome {
     );
     let spread = |floor: &str| -> Result<f32, Box<dyn std::error::Error>> {
         let light = still(&scene(&view, bumpy, floor)?, 16)?.radiance();
-        let all = || light.iter().map(|own| own[1]);
+        let all = || light.iter().map(|radiance| radiance[1]);
         Ok(all().fold(0.0, f32::max) - all().fold(f32::MAX, f32::min))
     };
     let (flat, rough) = (spread(FLOOR)?, spread(&FLOOR.replace("gray", "bumpy"))?);

@@ -244,7 +244,9 @@ fn threads_ask_while_edits_go_on() {
         askers
             .into_iter()
             .map(|t| t.join().expect("answers"))
-            .fold([0; 2], |all, own| [all[0] + own[0], all[1] + own[1]])
+            .fold([0; 2], |all, counts| {
+                [all[0] + counts[0], all[1] + counts[1]]
+            })
     });
     assert!(asked[0] > 10 && asked[1] > 10, "{asked:?}");
 }

@@ -30,20 +30,20 @@ fn smooth_windows(normals: &[u8]) -> Vec<(usize, Vec<usize>)> {
     let places = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
     let windows = places.filter_map(|place| {
         let window = around(place)?;
-        let own = (place[1] * width + place[0]) as usize;
+        let pixel = (place[1] * width + place[0]) as usize;
         let is_surface = |at: usize| (normal(at).length() - 1.0).abs() < 0.1;
-        let is_smooth = |&at: &usize| is_surface(at) && normal(at).dot(normal(own)) > 0.97;
-        window.iter().all(is_smooth).then_some((own, window))
+        let is_smooth = |&at: &usize| is_surface(at) && normal(at).dot(normal(pixel)) > 0.97;
+        window.iter().all(is_smooth).then_some((pixel, window))
     });
     windows.collect()
 }
 
 /// What a median removes at a pixel, of the color that changes most.
-fn residue(rgb: &[u8], own: usize, window: &[usize]) -> u8 {
+fn residue(rgb: &[u8], pixel: usize, window: &[usize]) -> u8 {
     let channel = |k: usize| {
         let mut all: Vec<u8> = window.iter().map(|&at| rgb[3 * at + k]).collect();
         let middle = all.len() / 2;
-        rgb[3 * own + k].abs_diff(*all.select_nth_unstable(middle).1)
+        rgb[3 * pixel + k].abs_diff(*all.select_nth_unstable(middle).1)
     };
     [0, 1, 2].map(channel).into_iter().max().unwrap_or_default()
 }
@@ -55,12 +55,12 @@ const SPECK: u8 = 24;
 fn residues(rgb: &[u8], windows: &[(usize, Vec<usize>)]) -> [f64; 3] {
     let all = windows
         .iter()
-        .map(|(own, window)| residue(rgb, *own, window));
+        .map(|(pixel, window)| residue(rgb, *pixel, window));
     let mut all: Vec<u8> = all.collect();
     all.sort_unstable();
-    let sum: u64 = all.iter().map(|&own| u64::from(own)).sum();
+    let sum: u64 = all.iter().map(|&value| u64::from(value)).sum();
     let rare = all[all.len() * 999 / 1000];
-    let specks = all.iter().filter(|&&own| own > SPECK).count();
+    let specks = all.iter().filter(|&&value| value > SPECK).count();
     [
         sum as f64 / all.len() as f64,
         f64::from(rare),
@@ -93,13 +93,13 @@ fn volumes_have_no_more_specks_than_the_field() -> Outcome {
                 .with_representation(representation)?;
             let settings = world.render_settings(SIZE, RenderMode::Shaded);
             world.refine(&camera, &settings)?;
-            let own = residues(&drawn(&world, RenderMode::Shaded)?, &windows);
-            let is_near = own[0] <= 1.15 * mean + 0.2
-                && own[1] <= 1.15 * rare + 4.0
-                && own[2] <= 1.25 * specks + 6.0;
+            let found = residues(&drawn(&world, RenderMode::Shaded)?, &windows);
+            let is_near = found[0] <= 1.15 * mean + 0.2
+                && found[1] <= 1.15 * rare + 4.0
+                && found[2] <= 1.25 * specks + 6.0;
             assert!(
                 is_near,
-                "{name}, {representation:?}: {own:?} for {mean}, {rare}, {specks}"
+                "{name}, {representation:?}: {found:?} for {mean}, {rare}, {specks}"
             );
         }
     }

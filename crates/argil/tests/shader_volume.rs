@@ -90,13 +90,13 @@ fn pipeline(
         },
         count: None,
     };
-    let own = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+    let buffers_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
         entries: &[entry(0, true), entry(1, false)],
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
-        bind_group_layouts: &[Some(volume.layout()), Some(&own)],
+        bind_group_layouts: &[Some(volume.layout()), Some(&buffers_layout)],
         immediate_size: 0,
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -107,7 +107,7 @@ fn pipeline(
         compilation_options: Default::default(),
         cache: None,
     });
-    (pipeline, own)
+    (pipeline, buffers_layout)
 }
 
 /// Asks a volume at points and along rays: four answers each.
@@ -137,10 +137,10 @@ fn asked(
         .collect();
     host.queue
         .write_buffer(&questions, 0, bytemuck::cast_slice(&words));
-    let (pipeline, own) = pipeline(device, volume);
+    let (pipeline, buffers_layout) = pipeline(device, volume);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
-        layout: &own,
+        layout: &buffers_layout,
         entries: &[
             wgpu::BindGroupEntry {
                 binding: 0,
@@ -325,14 +325,16 @@ fn other_worlds_are_refused() -> Outcome {
     let host = Host::new([8, 8])?;
     let (_, engine) = host.engine()?;
     let scene = scene()?;
-    let names = representations().map(|own| own.name());
+    let names = representations().map(|kind| kind.name());
     let mut bound = Vec::new();
     for representation in Representation::all(32) {
         let name = representation.name();
         let world = engine.build(&scene)?.with_representation(representation)?;
         match world.shader_volume() {
             Ok(volume) => bound.push((name, volume)),
-            Err(RenderError::Gpu(GpuError::NoShaderVolume { name: own })) => assert_eq!(own, name),
+            Err(RenderError::Gpu(GpuError::NoShaderVolume { name: refused })) => {
+                assert_eq!(refused, name)
+            }
             Err(error) => return Err(error.into()),
         }
     }

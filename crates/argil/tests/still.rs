@@ -74,10 +74,10 @@ fn white_surfaces_vanish_in_a_furnace() -> Outcome {
         for y in (0..48).step_by(16) {
             for x in (0..64).step_by(16) {
                 let rows = (y..y + 16).map(|y| &light[64 * y + x..64 * y + x + 16]);
-                let own = mean(&rows.flatten().copied().collect::<Vec<_>>());
+                let brightness = mean(&rows.flatten().copied().collect::<Vec<_>>());
                 assert!(
-                    (own - 1.0).abs() < 0.005,
-                    "{roughness} {metallic}: {own} at {x}, {y}"
+                    (brightness - 1.0).abs() < 0.005,
+                    "{roughness} {metallic}: {brightness} at {x}, {y}"
                 );
             }
         }

@@ -62,9 +62,9 @@ fn volumes_know_distances_beyond_their_band() {
     {
         let file = here.path().join(format!("solid.{ending}"));
         for (range, most) in [([0.0, 10.0], [0.06, 0.4]), ([10.0, 1000.0], [0.2, 0.6])] {
-            let own = errors(shape, &file, 64, range);
-            let tenth = own[own.len() * 9 / 10];
-            let last = own[own.len() - 1];
+            let sorted = errors(shape, &file, 64, range);
+            let tenth = sorted[sorted.len() * 9 / 10];
+            let last = sorted[sorted.len() - 1];
             assert!(
                 tenth < most[0] && last < most[1],
                 "{ending} {shape:?} {range:?}: {tenth} and {last} voxels"

@@ -37,9 +37,11 @@ fn a_pyramid_has_the_fields_distances() {
         let shape = array.shape().to_vec();
         count += shape.iter().product::<u64>();
         let numbers = |index: usize, key: &str| -> Vec<f32> {
-            let own = &dataset["coordinateTransformations"][index][key];
-            let own = own.as_array().expect("numbers").iter();
-            own.map(|n| n.as_f64().expect("a number") as f32).collect()
+            let values = &dataset["coordinateTransformations"][index][key];
+            let values = values.as_array().expect("numbers").iter();
+            values
+                .map(|n| n.as_f64().expect("a number") as f32)
+                .collect()
         };
         let (scale, translation) = (numbers(0, "scale"), numbers(1, "translation"));
         let values: Vec<f32> = array

@@ -11,8 +11,8 @@ pub(super) fn nothing() -> (Verdict, String) {
 }
 
 pub(super) fn of<'a>(all: &'a [&Record], experiment: &'a str) -> impl Iterator<Item = &'a Record> {
-    let own = move |r: &&Record| r.experiment == experiment && r.error.is_none();
-    all.iter().copied().filter(own)
+    let is_done = move |r: &&Record| r.experiment == experiment && r.error.is_none();
+    all.iter().copied().filter(is_done)
 }
 
 pub(super) fn is_plain_bricks(r: &Record) -> bool {
@@ -137,14 +137,14 @@ pub(super) fn range(all: &[f64], unit: &str) -> String {
 
 /// Returns the octrees of the experiment on build times with the fewest and the most bricks.
 fn octree_ends<'a>(all: &[&'a Record]) -> Option<[&'a Record; 2]> {
-    let own = all.iter().copied().filter(|r| {
+    let built = all.iter().copied().filter(|r| {
         r.experiment == "construction"
             && r.error.is_none()
             && r.via == "octree"
             && !r.parameters.contains_key("sort")
     });
     let bricks = |r: &&Record| r.value("bricks").unwrap_or(0.0) as u64;
-    Some([own.clone().min_by_key(bricks)?, own.max_by_key(bricks)?])
+    Some([built.clone().min_by_key(bricks)?, built.max_by_key(bricks)?])
 }
 
 /// Compares the build times of octrees with those of dense volumes.
@@ -223,8 +223,10 @@ pub(super) fn tree_is_constant(all: &[&Record]) -> (Verdict, String) {
 
 /// Compares the errors over the biases.
 pub(super) fn biases_matter(all: &[&Record]) -> (Verdict, String) {
-    let own = of(all, "normals").filter(|r| r.via == "dense");
-    let values: Vec<f64> = own.filter_map(|r| r.value("laplacian_mean_abs")).collect();
+    let dense = of(all, "normals").filter(|r| r.via == "dense");
+    let values: Vec<f64> = dense
+        .filter_map(|r| r.value("laplacian_mean_abs"))
+        .collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     // A single bias shows nothing.

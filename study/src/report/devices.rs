@@ -16,8 +16,9 @@ pub(super) fn devices<'a>(records: &[&'a Record]) -> Vec<&'a str> {
 /// Returns the records without errors by device, in the order of their records.
 pub(super) fn done_by_device<'a>(records: &[&'a Record]) -> Vec<(&'a str, Vec<&'a Record>)> {
     let of = |device| {
-        let own = records.iter().copied();
-        own.filter(|r| r.machine.device == device && r.error.is_none())
+        let measured = records.iter().copied();
+        measured
+            .filter(|r| r.machine.device == device && r.error.is_none())
             .collect()
     };
     let all = devices(records).into_iter();

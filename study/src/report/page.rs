@@ -16,11 +16,11 @@ const SCRIPT: &str = include_str!("page.js");
 
 /// Returns the clocks of a GPU while its cases were measured.
 fn clocks(records: &[&Record], device: &str) -> String {
-    let own: Vec<&&Record> = records
+    let of_device: Vec<&&Record> = records
         .iter()
         .filter(|r| r.machine.device == device)
         .collect();
-    let all = |name: &'static str| own.iter().filter_map(move |r| r.value(name));
+    let all = |name: &'static str| of_device.iter().filter_map(move |r| r.value(name));
     let least = all("gpu_clock_min_mhz").reduce(f64::min);
     let most = all("gpu_clock_max_mhz").reduce(f64::max);
     let Some((least, most)) = least.zip(most) else {
@@ -94,14 +94,14 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
     }
     text += "</tbody></table></div></section>";
     for experiment in ALL {
-        let own: Vec<&StoredRecord> = all
+        let of_experiment: Vec<&StoredRecord> = all
             .iter()
             .filter(|source| source.record.experiment == experiment.name)
             .collect();
-        if own.is_empty() {
+        if of_experiment.is_empty() {
             continue;
         }
-        let rows: Vec<&Record> = own.iter().map(|source| &source.record).collect();
+        let rows: Vec<&Record> = of_experiment.iter().map(|source| &source.record).collect();
         text += &format!(
             "<section id=\"{}\"><h2>{}</h2><p class=\"question\">{}</p><p><b>In the study:</b> {}</p>",
             experiment.name,
@@ -118,7 +118,7 @@ pub(super) fn page(all: &[StoredRecord]) -> String {
                 experiment.name
             );
         }
-        let shown = sections::pictures(experiment.name, &own);
+        let shown = sections::pictures(experiment.name, &of_experiment);
         if !shown.is_empty() {
             text += "<div class=\"pictures\">";
             for one in &shown {
@@ -148,13 +148,13 @@ fn claim_rows(claim: &claims::Claim, records: &[&Record]) -> String {
     if verdicts.is_empty() {
         return format!("<tr>{first}<td></td><td></td><td>not measured</td></tr>");
     }
-    let row = |(i, own): (usize, &claims::DeviceVerdict)| {
+    let row = |(i, verdict): (usize, &claims::DeviceVerdict)| {
         format!(
             "<tr>{}<td>{}</td><td class=\"{word}\">{word}</td><td>{}</td></tr>",
             if i == 0 { first.as_str() } else { "" },
-            escaped(&own.device),
-            escaped(&own.reason),
-            word = own.verdict.word()
+            escaped(&verdict.device),
+            escaped(&verdict.reason),
+            word = verdict.verdict.word()
         )
     };
     verdicts.iter().enumerate().map(row).collect()
@@ -172,8 +172,8 @@ fn picture(shown: &sections::Figure<'_>) -> String {
             format!(" ({})", escaped(&record.machine.device))
         }
     );
-    let own = study_command(record);
-    let command = record.command.as_deref().unwrap_or(&own);
+    let usual = study_command(record);
+    let command = record.command.as_deref().unwrap_or(&usual);
     let place = record
         .pictures
         .get(shown.name)

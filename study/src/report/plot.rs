@@ -195,10 +195,10 @@ fn heights(
     let heights = || series.iter().flat_map(|(_, bars)| bars.iter().flatten());
     let most = if stacked {
         let sum = |group: usize| {
-            let own = series
+            let bars_of_group = series
                 .iter()
                 .filter_map(|(_, bars)| bars.get(group).copied().flatten());
-            own.map(|bar| bar.value).sum::<f64>()
+            bars_of_group.map(|bar| bar.value).sum::<f64>()
         };
         (0..groups).map(sum).fold(0.0, f64::max)
     } else {
@@ -266,7 +266,7 @@ pub(super) fn bars(
                     .draw()?;
                 let each = 0.84 / series.len().max(1) as f64;
                 let mut under = vec![0.0; groups.len()];
-                for (index, (name, own)) in series.iter().enumerate() {
+                for (index, (name, of_series)) in series.iter().enumerate() {
                     let color = color(index);
                     let place = BarPosition {
                         index,
@@ -274,7 +274,7 @@ pub(super) fn bars(
                         floor,
                         stacked,
                     };
-                    let (boxes, whiskers) = placed(own, &place, &mut under);
+                    let (boxes, whiskers) = placed(of_series, &place, &mut under);
                     let boxes = boxes.into_iter().map(|b| Rectangle::new(b, color.filled()));
                     let whisker = |w: [(f64, f64); 2]| PathElement::new(w, INK.mix(0.7));
                     let whiskers = whiskers.into_iter().map(whisker);
@@ -315,7 +315,7 @@ type Span = [(f64, f64); 2];
 /// Returns the corners of a series' bars and the ends of their whiskers. `under` is the stacked height of each
 /// group.
 fn placed(
-    own: &[Option<PlotBar>],
+    bars: &[Option<PlotBar>],
     place: &BarPosition,
     under: &mut [f64],
 ) -> (Vec<Span>, Vec<Span>) {
@@ -326,7 +326,7 @@ fn placed(
         stacked,
     } = place;
     let (mut boxes, mut whiskers) = (Vec::new(), Vec::new());
-    for (group, bar) in own.iter().enumerate() {
+    for (group, bar) in bars.iter().enumerate() {
         let Some(bar) = bar else { continue };
         let (left, right, low) = if stacked {
             let low = under[group];

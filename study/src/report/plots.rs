@@ -10,32 +10,38 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Returns an experiment's plots.
 pub(super) fn plots(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
-    for (device, own) in done_by_device(records) {
+    for (device, of_device) in done_by_device(records) {
         match name {
-            "construction" => all.extend(construction(&own, device)),
+            "construction" => all.extend(construction(&of_device, device)),
             "dense-fill" | "bakes" => {
                 let title = format!("Build time, {device}");
-                all.push(by_scene(&own, "build_ms", "ms", &title, true));
+                all.push(by_scene(&of_device, "build_ms", "ms", &title, true));
             }
             "frames" | "cameras" => {
                 let title = format!("Frame time, {device}");
-                all.push(by_scene(&own, "frame_ms", "ms", &title, true));
+                all.push(by_scene(&of_device, "frame_ms", "ms", &title, true));
             }
             "heat" => {
                 let title = format!("Mean steps, {device}");
-                all.push(by_scene(&own, "steps_mean", "steps per ray", &title, false));
+                all.push(by_scene(
+                    &of_device,
+                    "steps_mean",
+                    "steps per ray",
+                    &title,
+                    false,
+                ));
             }
             "fidelity" => {
                 let title = format!("FLIP error, {device}");
-                all.push(by_scene(&own, "flip_mean", "FLIP", &title, false));
-                all.push(histograms(&own, device));
+                all.push(by_scene(&of_device, "flip_mean", "FLIP", &title, false));
+                all.push(histograms(&of_device, device));
             }
-            "convergence" => all.extend(convergence(&own, device)),
-            "strides" => all.extend(strides(&own, device)),
-            "sweep" => all.push(sweep(&own, device)),
-            "edits" => all.extend(edits(&own, device)),
-            "memory" => all.push(memory(&own, device)),
-            "triangles" => all.push(triangles(&own)),
+            "convergence" => all.extend(convergence(&of_device, device)),
+            "strides" => all.extend(strides(&of_device, device)),
+            "sweep" => all.push(sweep(&of_device, device)),
+            "edits" => all.extend(edits(&of_device, device)),
+            "memory" => all.push(memory(&of_device, device)),
+            "triangles" => all.push(triangles(&of_device)),
             _ => {}
         }
     }
@@ -61,8 +67,8 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         .copied()
         .filter(|r| r.via == "octree" && plain(&r))
         .collect();
-    let points = |own: &[&Record], value: &str| -> Vec<(f64, f64)> {
-        let mut all: Vec<(f64, f64)> = own
+    let points = |some: &[&Record], value: &str| -> Vec<(f64, f64)> {
+        let mut all: Vec<(f64, f64)> = some
             .iter()
             .filter_map(|r| Some((r.value("bricks")?, r.value(value)?)))
             .collect();
@@ -76,9 +82,9 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
         ("fill", "fill_ms"),
         ("tree", "tree_ms"),
     ] {
-        let own = points(&octree, value);
-        if !own.is_empty() {
-            series.push((name.into(), own));
+        let curve = points(&octree, value);
+        if !curve.is_empty() {
+            series.push((name.into(), curve));
         }
     }
     let sorted: Vec<&Record> = records
@@ -102,15 +108,15 @@ fn construction(records: &[&Record], device: &str) -> Vec<String> {
     ordered.sort_by_key(|r| r.value("bricks").unwrap_or(0.0) as u64);
     for record in ordered {
         groups.push(number(record.value("bricks").unwrap_or(0.0)));
-        for (stage, (_, own)) in stages.iter().zip(&mut stacks) {
+        for (stage, (_, stack)) in stages.iter().zip(&mut stacks) {
             let value = record.value(&format!("{stage}_ms"));
-            own.push(value.map(|value| PlotBar {
+            stack.push(value.map(|value| PlotBar {
                 value,
                 reach: (value, value),
             }));
         }
     }
-    stacks.retain(|(_, own)| own.iter().any(Option::is_some));
+    stacks.retain(|(_, bars)| bars.iter().any(Option::is_some));
     let title = format!("Octree build time by stage, {device} (the study's figure 22)");
     vec![
         line,
@@ -164,11 +170,14 @@ fn grouped(
             value: median,
             reach: (reach(0.05), reach(0.95)),
         };
-        let own = group(record);
-        let at = groups.iter().position(|g| *g == own).unwrap_or_else(|| {
-            groups.push(own.clone());
-            groups.len() - 1
-        });
+        let group_name = group(record);
+        let at = groups
+            .iter()
+            .position(|g| *g == group_name)
+            .unwrap_or_else(|| {
+                groups.push(group_name.clone());
+                groups.len() - 1
+            });
         let mut name = record.via.clone();
         for key in ["bits", "fill", "normals"] {
             if let Some(value) = record.parameters.get(key) {
@@ -253,14 +262,14 @@ fn sweep(records: &[&Record], device: &str) -> String {
         .iter()
         .filter_map(|r| r.parameter("resolution"))
         .fold(0.0, f64::max);
-    let own: Vec<&Record> = records
+    let some: Vec<&Record> = records
         .iter()
         .copied()
         .filter(|r| r.parameter("resolution") == Some(most))
         .collect();
     let title = format!("Frame time by brick size at {most}³, {device}");
     grouped(
-        &own,
+        &some,
         group,
         "frame_ms",
         axes(&title, "voxels along a brick's side", "ms", false, false),
@@ -273,9 +282,9 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
         .copied()
         .filter(|r| r.via == "bricks")
         .collect();
-    let both = |own: &[&Record], x: &dyn Fn(&Record) -> Option<f64>| -> Vec<Series> {
+    let both = |some: &[&Record], x: &dyn Fn(&Record) -> Option<f64>| -> Vec<Series> {
         let of = |part: f64| {
-            let mut points: Vec<(f64, f64)> = own
+            let mut points: Vec<(f64, f64)> = some
                 .iter()
                 .filter_map(|r| Some((x(r)?, quantile(r.samples.get("edit_ms")?, part)?)))
                 .collect();
@@ -348,15 +357,15 @@ fn edits(records: &[&Record], device: &str) -> Vec<String> {
     ]
 }
 
-fn strides(own: &[&Record], device: &str) -> Vec<String> {
+fn strides(records: &[&Record], device: &str) -> Vec<String> {
     let mut all = Vec::new();
-    let points = along(own, "stride", "error_voxels_rms");
+    let points = along(records, "stride", "error_voxels_rms");
     if points.iter().any(|(_, p)| !p.is_empty()) {
         let title = "Error within four voxels, 8 bits";
         let axes = axes(title, "texture stride", "voxels, RMS", true, true);
         all.push(lines(axes, &points));
     }
-    let points = along(own, "stride", "flip_mean");
+    let points = along(records, "stride", "flip_mean");
     let title = format!("Image error, {device}");
     let axes = axes(&title, "texture stride", "FLIP", true, false);
     all.push(lines(axes, &points));
@@ -364,30 +373,30 @@ fn strides(own: &[&Record], device: &str) -> Vec<String> {
 }
 
 /// Plots the error of images over the resolution: a plot per render mode, a line per scene.
-fn convergence(own: &[&Record], device: &str) -> Vec<String> {
+fn convergence(records: &[&Record], device: &str) -> Vec<String> {
     let modes = [("shaded", "with light"), ("normal", "normals")];
     let plot = |(mode, words): (&str, &str)| {
         let of_mode = |r: &&&Record| r.parameters.get("show").is_some_and(|v| v == mode);
-        let own: Vec<&Record> = own.iter().filter(of_mode).copied().collect();
+        let of_mode_only: Vec<&Record> = records.iter().filter(of_mode).copied().collect();
         let title = format!("Image error, {words}, {device}");
         let x = "voxels along the longest side";
         lines(
             axes(&title, x, "FLIP", true, true),
-            &along(&own, "resolution", "flip_mean"),
+            &along(&of_mode_only, "resolution", "flip_mean"),
         )
     };
     modes.map(plot).to_vec()
 }
 
-fn memory(own: &[&Record], device: &str) -> String {
+fn memory(records: &[&Record], device: &str) -> String {
     let title = format!("Memory, {device}");
     let group = |r: &Record| format!("{} {}³", r.scene, r.parameter("resolution").unwrap_or(0.0));
     let axes = axes(&title, "", "bytes", false, true);
-    grouped(own, group, "memory_bytes", axes)
+    grouped(records, group, "memory_bytes", axes)
 }
 
-fn triangles(own: &[&Record]) -> String {
-    let points = along(own, "resolution", "chamfer_voxels");
+fn triangles(records: &[&Record]) -> String {
+    let points = along(records, "resolution", "chamfer_voxels");
     let along = "voxels along the longest side";
     lines(
         axes("Chamfer distance", along, "voxels", true, true),

@@ -32,9 +32,9 @@ const SENTENCES: &[(&str, Sentence)] = &[
 /// Describes records.
 pub(super) fn sentences(name: &str, records: &[&Record]) -> Vec<String> {
     let mut all = Vec::new();
-    let known = SENTENCES.iter().find(|(own, _)| *own == name);
-    for (device, own) in done_by_device(records) {
-        let text = known.and_then(|(_, sentence)| sentence(&own));
+    let known = SENTENCES.iter().find(|(experiment, _)| *experiment == name);
+    for (device, records) in done_by_device(records) {
+        let text = known.and_then(|(_, sentence)| sentence(&records));
         all.extend(text.map(|text| format!("On {device}: {text}")));
     }
     let failed = records.iter().filter(|r| r.error.is_some()).count();
@@ -64,18 +64,18 @@ fn spread<'a>(records: impl Iterator<Item = &'a &'a Record>, value: &str) -> Opt
 
 /// Returns the records of a representation.
 fn via<'a>(
-    own: &'a [&'a Record],
+    records: &'a [&'a Record],
     word: &'static str,
 ) -> impl Iterator<Item = &'a &'a Record> + Clone {
-    own.iter().filter(move |r| r.via == word)
+    records.iter().filter(move |r| r.via == word)
 }
 
-fn construction(own: &[&Record]) -> Option<String> {
-    let plain = || via(own, "octree").filter(|r| !r.parameters.contains_key("sort"));
+fn construction(records: &[&Record]) -> Option<String> {
+    let plain = || via(records, "octree").filter(|r| !r.parameters.contains_key("sort"));
     let count = |r: &&&Record| r.value("bricks").unwrap_or(0.0) as u64;
     let (few, many) = (plain().min_by_key(count)?, plain().max_by_key(count)?);
     let all = many.value("build_ms")?;
-    let dense = via(own, "dense").find_map(|r| r.value("build_ms"))?;
+    let dense = via(records, "dense").find_map(|r| r.value("build_ms"))?;
     let filled = many.value("bricks")? * many.parameter("brick")?.powi(3);
     let times = 1024.0 * 1024.0 * 512.0 / filled;
     Some(format!(
@@ -91,14 +91,14 @@ fn construction(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn dense_fill(own: &[&Record]) -> Option<String> {
+fn dense_fill(records: &[&Record]) -> Option<String> {
     let tiled = spread(
-        via(own, "dense").filter(|r| !r.parameters.contains_key("fill")),
+        via(records, "dense").filter(|r| !r.parameters.contains_key("fill")),
         "build_ms",
     )?;
     Some(
         match spread(
-            via(own, "dense").filter(|r| r.parameters.contains_key("fill")),
+            via(records, "dense").filter(|r| r.parameters.contains_key("fill")),
             "build_ms",
         ) {
             Some(naive) => {
@@ -108,16 +108,16 @@ fn dense_fill(own: &[&Record]) -> Option<String> {
             }
             None => format!(
                 "a dense volume takes {tiled} ms, an octree {} ms, and sparse bricks {} ms.",
-                spread(via(own, "octree"), "build_ms")?,
-                spread(via(own, "bricks"), "build_ms")?
+                spread(via(records, "octree"), "build_ms")?,
+                spread(via(records, "bricks"), "build_ms")?
             ),
         },
     )
 }
 
 /// Compares volumes at each resolution.
-fn bakes(own: &[&Record]) -> Option<String> {
-    let mut resolutions: Vec<f64> = own
+fn bakes(records: &[&Record]) -> Option<String> {
+    let mut resolutions: Vec<f64> = records
         .iter()
         .filter_map(|r| r.parameter("resolution"))
         .collect();
@@ -125,7 +125,8 @@ fn bakes(own: &[&Record]) -> Option<String> {
     resolutions.dedup();
     let line = |resolution: &f64| {
         let of = |word: &'static str| {
-            let same = via(own, word).filter(|r| r.parameter("resolution") == Some(*resolution));
+            let same =
+                via(records, word).filter(|r| r.parameter("resolution") == Some(*resolution));
             spread(same, "build_ms")
         };
         Some(format!(
@@ -141,10 +142,15 @@ fn bakes(own: &[&Record]) -> Option<String> {
 }
 
 /// Describes frames without light, and with light where they were measured.
-fn frames(own: &[&Record]) -> Option<String> {
+fn frames(records: &[&Record]) -> Option<String> {
     let is_lit = |r: &&&Record| r.parameters.contains_key("light");
-    let [lit, plain] = [true, false]
-        .map(|lit| -> Vec<&Record> { own.iter().filter(|r| is_lit(r) == lit).copied().collect() });
+    let [lit, plain] = [true, false].map(|lit| -> Vec<&Record> {
+        records
+            .iter()
+            .filter(|r| is_lit(r) == lit)
+            .copied()
+            .collect()
+    });
     let text = plain_frames(&plain)?;
     let lit = |word| spread(via(&lit, word), "frame_ms");
     let Some((dense, bricks)) = lit("dense").zip(lit("bricks")) else {
@@ -155,46 +161,46 @@ fn frames(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn plain_frames(own: &[&Record]) -> Option<String> {
+fn plain_frames(records: &[&Record]) -> Option<String> {
     Some(format!(
         "median frame times are {} ms for the field, {} ms for a dense volume with mips, {} ms for the octree, and {} ms for sparse bricks.",
-        spread(via(own, "field"), "frame_ms")?,
-        spread(via(own, "dense, mips"), "frame_ms")?,
-        spread(via(own, "octree"), "frame_ms")?,
-        spread(via(own, "bricks"), "frame_ms")?
+        spread(via(records, "field"), "frame_ms")?,
+        spread(via(records, "dense, mips"), "frame_ms")?,
+        spread(via(records, "octree"), "frame_ms")?,
+        spread(via(records, "bricks"), "frame_ms")?
     ))
 }
 
-fn heat(own: &[&Record]) -> Option<String> {
+fn heat(records: &[&Record]) -> Option<String> {
     Some(format!(
         "the mean number of steps per ray is {} for a dense volume, {} with mips, {} for the octree (including nodes and cells), and {} for sparse bricks.",
-        spread(via(own, "dense"), "steps_mean")?,
-        spread(via(own, "dense, mips"), "steps_mean")?,
-        spread(via(own, "octree"), "steps_mean")?,
-        spread(via(own, "bricks"), "steps_mean")?
+        spread(via(records, "dense"), "steps_mean")?,
+        spread(via(records, "dense, mips"), "steps_mean")?,
+        spread(via(records, "octree"), "steps_mean")?,
+        spread(via(records, "bricks"), "steps_mean")?
     ))
 }
 
-fn fidelity(own: &[&Record]) -> Option<String> {
+fn fidelity(records: &[&Record]) -> Option<String> {
     let faces = spread(
-        via(own, "mesh").filter(|r| r.parameters.contains_key("normals")),
+        via(records, "mesh").filter(|r| r.parameters.contains_key("normals")),
         "flip_mean",
     )?;
     let smooth = spread(
-        via(own, "mesh").filter(|r| !r.parameters.contains_key("normals")),
+        via(records, "mesh").filter(|r| !r.parameters.contains_key("normals")),
         "flip_mean",
     )?;
     Some(format!(
         "the FLIP error against the field, rendered as normals, is {} for dense volumes, {} for sparse bricks, {faces} for triangles with face normals, and {smooth} for triangles with the field's normals.",
-        spread(via(own, "dense"), "flip_mean")?,
-        spread(via(own, "bricks"), "flip_mean")?
+        spread(via(records, "dense"), "flip_mean")?,
+        spread(via(records, "bricks"), "flip_mean")?
     ))
 }
 
 /// Counts the images whose error falls with each doubling of the resolution.
-fn convergence(own: &[&Record]) -> Option<String> {
+fn convergence(records: &[&Record]) -> Option<String> {
     let mut errors = std::collections::BTreeMap::<_, Vec<(f64, f64)>>::new();
-    for record in own {
+    for record in records {
         let of = (
             record.scene.as_str(),
             record.parameters.get("show")?.as_str()?,
@@ -214,42 +220,42 @@ fn convergence(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn normals(own: &[&Record]) -> Option<String> {
+fn normals(records: &[&Record]) -> Option<String> {
     Some(format!(
         "the mean difference of Laplacians is {} of 255 {}, and {} over the kinds of normals of sparse bricks.",
-        spread(via(own, "dense"), "laplacian_mean_abs")?,
-        if via(own, "dense").count() > 1 {
+        spread(via(records, "dense"), "laplacian_mean_abs")?,
+        if via(records, "dense").count() > 1 {
             "over the biases of a dense volume"
         } else {
             "for a dense volume with a bias of one voxel"
         },
-        spread(via(own, "bricks"), "laplacian_mean_abs")?
+        spread(via(records, "bricks"), "laplacian_mean_abs")?
     ))
 }
 
-fn strides(own: &[&Record]) -> Option<String> {
+fn strides(records: &[&Record]) -> Option<String> {
     let by_flip = |r: &&&Record| (1e6 * r.value("flip_mean").unwrap_or(f64::INFINITY)) as u64;
-    let best = via(own, "dense")
+    let best = via(records, "dense")
         .filter(|r| r.value("flip_mean").is_some())
         .min_by_key(by_flip)?;
     Some(format!(
         "with 8-bit samples, stride {}, a band of {} voxels, gives the image nearest to the field's. FLIP errors are {}.",
         best.parameter("stride")?,
         number(256.0 / best.parameter("stride")?),
-        spread(via(own, "dense"), "flip_mean")?
+        spread(via(records, "dense"), "flip_mean")?
     ))
 }
 
-fn center(own: &[&Record]) -> Option<String> {
+fn center(records: &[&Record]) -> Option<String> {
     Some(format!(
         "the octree stores {} bricks, at the center.",
-        spread(via(own, "octree"), "bricks")?
+        spread(via(records, "octree"), "bricks")?
     ))
 }
 
-fn sweep(own: &[&Record]) -> Option<String> {
+fn sweep(records: &[&Record]) -> Option<String> {
     let of = |word: &'static str, brick: f64| {
-        via(own, word).filter(move |r| r.parameter("brick") == Some(brick))
+        via(records, word).filter(move |r| r.parameter("brick") == Some(brick))
     };
     Some(format!(
         "median frame times of the octree are {} ms with bricks of 8³, {} ms with 16³, and {} ms with 32³. Median frame times of sparse bricks are {} ms with 4³, {} ms with 8³, and {} ms with 16³.",
@@ -262,22 +268,22 @@ fn sweep(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn edits(own: &[&Record]) -> Option<String> {
-    let others = own.iter().filter(|r| r.via != "bricks");
+fn edits(records: &[&Record]) -> Option<String> {
+    let others = records.iter().filter(|r| r.via != "bricks");
     Some(format!(
         "the median edit of sparse bricks takes {} ms. The other volumes are rebuilt, which takes {} ms.",
-        spread(via(own, "bricks"), "edit_ms")?,
+        spread(via(records, "bricks"), "edit_ms")?,
         spread(others, "edit_ms")?
     ))
 }
 
-fn memory(own: &[&Record]) -> Option<String> {
-    let most = own
+fn memory(records: &[&Record]) -> Option<String> {
+    let most = records
         .iter()
         .filter_map(|r| r.parameter("resolution"))
         .fold(0.0, f64::max);
     let of = |word: &'static str| {
-        via(own, word)
+        via(records, word)
             .filter(move |r| r.parameter("resolution") == Some(most))
             .filter(|r| !r.parameters.contains_key("bits"))
     };
@@ -291,9 +297,9 @@ fn memory(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn stored(own: &[&Record]) -> Option<String> {
+fn stored(records: &[&Record]) -> Option<String> {
     let of = |word: &'static str, bits: f64| {
-        via(own, word).filter(move |r| r.parameter("bits") == Some(bits))
+        via(records, word).filter(move |r| r.parameter("bits") == Some(bits))
     };
     Some(format!(
         "the root-mean-square error is {} voxels for dense volumes of 8 bits, {} of 16 bits, {} for sparse bricks of 8 bits, and {} of 16 bits.",
@@ -304,11 +310,12 @@ fn stored(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn triangles(own: &[&Record]) -> Option<String> {
+fn triangles(records: &[&Record]) -> Option<String> {
     let teapot = |faces: bool| {
-        let own = via(own, "mesh")
+        let records = via(records, "mesh")
             .filter(|r| r.scene == "teapot" && r.parameter("resolution") == Some(100.0));
-        own.clone()
+        records
+            .clone()
             .find(|r| r.parameters.contains_key("normals") == faces)
     };
     let (shared, faces) = (teapot(false)?, teapot(true)?);
@@ -326,26 +333,28 @@ fn triangles(own: &[&Record]) -> Option<String> {
     ))
 }
 
-fn pipelines(own: &[&Record]) -> Option<String> {
+fn pipelines(records: &[&Record]) -> Option<String> {
     Some(format!(
         "the first use takes {} ms, and the second {} ms.",
-        spread(own.iter(), "first_ms")?,
-        spread(own.iter(), "second_ms")?
+        spread(records.iter(), "first_ms")?,
+        spread(records.iter(), "second_ms")?
     ))
 }
 
-fn peer(own: &[&Record]) -> Option<String> {
+fn peer(records: &[&Record]) -> Option<String> {
     Some(format!(
         "a frame with its read-back takes {} ms by fidget-wgpu, {} ms through the field, and {} ms through sparse bricks.",
-        spread(via(own, "fidget-wgpu"), "frame_wall_ms")?,
-        spread(via(own, "field"), "frame_wall_ms")?,
-        spread(via(own, "bricks"), "frame_wall_ms")?
+        spread(via(records, "fidget-wgpu"), "frame_wall_ms")?,
+        spread(via(records, "field"), "frame_wall_ms")?,
+        spread(via(records, "bricks"), "frame_wall_ms")?
     ))
 }
 
-fn lost(own: &[&Record]) -> Option<String> {
-    let by_center = via(own, "octree").filter(|r| r.parameters.contains_key("keep"));
-    let others = own.iter().filter(|r| !r.parameters.contains_key("keep"));
+fn lost(records: &[&Record]) -> Option<String> {
+    let by_center = via(records, "octree").filter(|r| r.parameters.contains_key("keep"));
+    let others = records
+        .iter()
+        .filter(|r| !r.parameters.contains_key("keep"));
     Some(format!(
         "the study keeps a brick if its center is within ±4 voxels of the surface. That test loses {} bricks of 32³ per scene that contain surface. The conservative test and sparse bricks lose {}.",
         spread(by_center, "lost_bricks")?,

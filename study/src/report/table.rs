@@ -122,8 +122,8 @@ pub(super) fn table(records: &[&Record], columns: &[Column], several: bool) -> S
                 title.unwrap_or_default()
             );
         }
-        let own = study_command(record);
-        let command = record.command.as_deref().unwrap_or(&own);
+        let usual = study_command(record);
+        let command = record.command.as_deref().unwrap_or(&usual);
         text += &format!(
             "<td class=\"command\"><code>{}</code></td></tr>",
             escaped(command)

@@ -53,8 +53,8 @@ pub(super) fn notes(all: &[StoredRecord]) -> Vec<String> {
     let mut is_any_timed = false;
     for device in devices(&records) {
         let is_own = |source: &&StoredRecord| source.record.machine.device == device;
-        let own: Vec<&StoredRecord> = all.iter().filter(is_own).collect();
-        let reasons = own.iter().filter_map(|source| {
+        let of_experiment: Vec<&StoredRecord> = all.iter().filter(is_own).collect();
+        let reasons = of_experiment.iter().filter_map(|source| {
             let sitting = source.record.sitting.as_ref()?;
             sitting.alone_because.as_deref()
         });
@@ -69,15 +69,18 @@ pub(super) fn notes(all: &[StoredRecord]) -> Vec<String> {
                 }
             ));
         }
-        let is_hardware = own
+        let is_hardware = of_experiment
             .iter()
             .any(|source| source.record.machine.is_hardware_gpu());
         if !is_hardware {
             continue;
         }
-        let is_timed = own.iter().any(|source| has_times(&source.record));
+        let is_timed = of_experiment.iter().any(|source| has_times(&source.record));
         is_any_timed |= is_timed;
-        let lost = own.iter().filter(|source| source.lost_times).count();
+        let lost = of_experiment
+            .iter()
+            .filter(|source| source.lost_times)
+            .count();
         if !is_timed {
             notes.push(format!(
                 "Records of {device} have no times: its clock was asleep, or not sampled while they were measured."

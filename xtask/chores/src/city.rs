@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 pub(crate) fn city() -> Value {
     let mut random = Random(7);
     let mut kinds = Vec::new();
-    for (nth, height) in [18.0, 30.0, 55.0, 90.0].into_iter().enumerate() {
+    for (index, height) in [18.0, 30.0, 55.0, 90.0].into_iter().enumerate() {
         let block = json!([
             { "material": "plaster", "shape": { "type": "box", "half_size": [14, height, 14] } },
             { "operator": "subtract", "material": "rock", "shape": { "type": "box", "half_size": [6, height, 6] }, "modifiers": [translate([0.0, 6.0, 0.0])] },
             { "material": "tile", "shape": { "type": "box", "half_size": [4, 3, 4] }, "modifiers": [translate([10.0, height + 3.0, -9.0])] },
         ]);
-        let cells = (0..100u16).filter(|cell| usize::from(cell * 7 % 4) == nth);
+        let cells = (0..100u16).filter(|cell| usize::from(cell * 7 % 4) == index);
         let poses: Vec<[f32; 5]> = cells
             .map(|cell| {
                 let (x, z) = (f32::from(cell % 10) - 4.5, f32::from(cell / 10) - 4.5);
@@ -30,8 +30,8 @@ pub(crate) fn city() -> Value {
         kinds.push(instances("blocks", parts, &poses));
     }
     let quarters: Vec<[f32; 5]> = (0..1000u16)
-        .map(|nth| {
-            let (x, z) = (f32::from(nth % 32) - 15.5, f32::from(nth / 32) - 15.5);
+        .map(|index| {
+            let (x, z) = (f32::from(index % 32) - 15.5, f32::from(index / 32) - 15.5);
             [
                 430.0 * x,
                 0.0,

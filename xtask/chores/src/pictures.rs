@@ -57,12 +57,12 @@ const CRATE_PICTURES: [CratePicture; 6] = [
 /// Renders the pictures of crate pages, as [`pictures`] does.
 pub(crate) fn crate_pictures() -> anyhow::Result<Vec<(PathBuf, String)>> {
     let folder = tempfile::tempdir().context("a temporary folder")?;
-    let render = |own: &CratePicture| {
-        let picture = folder.path().join(format!("{}.png", own.name));
-        let scene = root().join(format!("scenes/{}.json", own.scene));
-        render(&scene, &picture, "320x180", own.arguments)?;
-        let caption = own.caption;
-        let path = format!("crates/{}/src/pictures/page.md", own.name);
+    let render = |crate_picture: &CratePicture| {
+        let picture = folder.path().join(format!("{}.png", crate_picture.name));
+        let scene = root().join(format!("scenes/{}.json", crate_picture.scene));
+        render(&scene, &picture, "320x180", crate_picture.arguments)?;
+        let caption = crate_picture.caption;
+        let path = format!("crates/{}/src/pictures/page.md", crate_picture.name);
         let image = embedded(caption, &picture)?;
         Ok((root().join(path), format!("{image}\n{caption}.\n")))
     };

@@ -127,8 +127,8 @@ fn measure(family: &str, counts_loads: bool) -> anyhow::Result<Table> {
         slots.push((scene, Interpreter::full(&program).stack_slots()));
         for module in hardware_modules(&program) {
             let is_same =
-                |own: &ShaderModule| own.name == module.name && own.source == module.source;
-            match modules.iter_mut().find(|(own, _)| is_same(own)) {
+                |other: &ShaderModule| other.name == module.name && other.source == module.source;
+            match modules.iter_mut().find(|(other, _)| is_same(other)) {
                 Some((_, scenes)) => scenes.push(scene),
                 None => modules.push((module, vec![scene])),
             }
@@ -244,24 +244,24 @@ fn works(module: &ShaderModule, scenes: &[&'static str]) -> anyhow::Result<Vec<W
         ..Default::default()
     };
     let mut all = Vec::new();
-    for own in &module.entry_points {
-        let constants = own.constants.iter();
+    for entry_of_module in &module.entry_points {
+        let constants = entry_of_module.constants.iter();
         let constants = constants
             .map(|&(name, value)| (name.to_owned(), value))
             .collect();
-        let which = (naga::ShaderStage::Compute, own.name);
+        let which = (naga::ShaderStage::Compute, entry_of_module.name);
         let (resolved, info) = process_overrides(&parsed, &info, Some(which), &constants)?;
         let pipeline = spv::PipelineOptions {
             shader_stage: naga::ShaderStage::Compute,
-            entry_point: own.name.to_owned(),
+            entry_point: entry_of_module.name.to_owned(),
         };
         let words = spv::write_vec(&resolved, &info, &options, Some(&pipeline))?;
         let mut entries = resolved.entry_points.iter();
-        let entry = entries.find(|entry| entry.name == own.name);
+        let entry = entries.find(|entry| entry.name == entry_of_module.name);
         all.push(Work {
             scenes: scenes.to_vec(),
             module: module.name.clone(),
-            entry_point: own.name,
+            entry_point: entry_of_module.name,
             group: entry.map_or([0; 3], |entry| entry.workgroup_size),
             words,
             resolved: resolved.into_owned(),

@@ -224,16 +224,17 @@ fn temple(ground: &World, materials: &mut Value) -> anyhow::Result<Value> {
     let text = std::fs::read_to_string(root().join("scenes/temple.json")).context("the temple")?;
     // Chamfers would make all distances of the world steeper.
     let text = text.replace("\"profile\": \"chamfer\"", "\"profile\": \"smooth\"");
-    let own: Value = serde_json::from_str(&text).context("the temple")?;
-    if let (Some(all), Some(own)) = (materials.as_object_mut(), own["materials"].as_object()) {
-        for (name, material) in own {
+    let parsed: Value = serde_json::from_str(&text).context("the temple")?;
+    if let (Some(all), Some(parsed)) = (materials.as_object_mut(), parsed["materials"].as_object())
+    {
+        for (name, material) in parsed {
             all.entry(name.clone()).or_insert_with(|| material.clone());
         }
     }
     let [x, z] = [60.0, 70.0];
     let y = height(ground, x, z)? + 14.0;
     let modifiers = json!([{ "type": "scale", "by": 14 }, translate([x, y, z])]);
-    Ok(json!({ "name": "temple", "brushes": own["brushes"], "modifiers": modifiers }))
+    Ok(json!({ "name": "temple", "brushes": parsed["brushes"], "modifiers": modifiers }))
 }
 
 pub(crate) fn valley() -> anyhow::Result<Value> {

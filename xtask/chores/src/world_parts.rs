@@ -26,8 +26,8 @@ impl Random {
 pub(crate) fn shorten(value: &mut Value) {
     match value {
         Value::Number(number) if number.is_f64() => {
-            let own = number.as_f64().unwrap_or_default() as f32;
-            let short: Result<f64, _> = own.to_string().parse();
+            let single = number.as_f64().unwrap_or_default() as f32;
+            let short: Result<f64, _> = single.to_string().parse();
             *value = json!(short.unwrap_or_default());
         }
         Value::Array(all) => all.iter_mut().for_each(shorten),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 /// Maximum lines of a file of each kind.
 const MOST: [(&str, usize); 2] = [("rs", 450), ("wgsl", 150)];
 
-fn files(folder: &Path, out: &mut Vec<PathBuf>) {
+pub(crate) fn files(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
         let path = entry.path();
         let name = entry.file_name();
@@ -30,7 +30,7 @@ fn long_files_say_why() {
     let mut found = Vec::new();
     for path in all {
         let ending = path.extension().unwrap_or_default().to_string_lossy();
-        let Some((_, most)) = MOST.iter().find(|(own, _)| *own == ending) else {
+        let Some((_, most)) = MOST.iter().find(|(kind, _)| *kind == ending) else {
             continue;
         };
         seen += 1;

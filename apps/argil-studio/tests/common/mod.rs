@@ -102,14 +102,14 @@ impl Desk {
     /// Leaves a session in a folder, as if another process had ended.
     pub(crate) fn crash(self, sessions: &Path) {
         let files = std::fs::read_dir(sessions).expect("a folder").flatten();
-        let own = files
+        let journal = files
             .map(|file| file.path())
             .find(|path| path.extension().is_some_and(|e| e == "journal"))
             .expect("a journal");
         for ending in ["journal", "origin", "saved"] {
             let other = sessions.join("4294967294-1").with_extension(ending);
-            if own.with_extension(ending).exists() {
-                std::fs::copy(own.with_extension(ending), other).expect("a copy");
+            if journal.with_extension(ending).exists() {
+                std::fs::copy(journal.with_extension(ending), other).expect("a copy");
             }
         }
     }

@@ -42,10 +42,10 @@ pub(super) fn sample(
 ) -> Paints {
     let materials = materials_of(program);
     let name = |index: usize| {
-        let own = index.checked_sub(1)?;
+        let position = index.checked_sub(1)?;
         scene
             .materials()
-            .get_index(own)
+            .get_index(position)
             .map(|(name, _)| name.clone())
     };
     if materials.len() < 2 {
@@ -141,13 +141,13 @@ impl Weights<'_> {
         for (point, shares) in all.chunks_mut(count).enumerate() {
             let mut rest = 1.0f32;
             for share in shares.iter_mut().rev() {
-                let own = share.clamp(0.0, 1.0);
+                let weight = share.clamp(0.0, 1.0);
                 *share = if rest > 1e-6 {
-                    (own / rest).min(1.0)
+                    (weight / rest).min(1.0)
                 } else {
                     0.0
                 };
-                rest -= own;
+                rest -= weight;
             }
             use_weights(point, shares);
         }

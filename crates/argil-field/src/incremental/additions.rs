@@ -51,15 +51,18 @@ impl IncrementalProgram {
         }
         let last = self.order.values().rev().take(touched.after.len());
         let brushes = last.map(|node| {
-            let own = &self.operands[node];
-            let [instr] = own.instructions[..] else {
+            let operand = &self.operands[node];
+            let [instr] = operand.instructions[..] else {
                 return None;
             };
             let joint = BrushParams::read(&program.params, instr.params as usize).joint;
-            let is_plain = own.takes_part && own.is_plain() && own.group == ROOT;
+            let is_plain = operand.takes_part && operand.is_plain() && operand.group == ROOT;
             let is_brush = instr.op < abi::OP_SHAPES_END && joint.sb > 0.0;
-            (touched.after.contains(node) && is_plain && is_brush)
-                .then_some((own.extent, joint, instr))
+            (touched.after.contains(node) && is_plain && is_brush).then_some((
+                operand.extent,
+                joint,
+                instr,
+            ))
         });
         let brushes: Option<Vec<_>> = brushes.collect();
         Some(Additions {
@@ -86,8 +89,8 @@ impl Additions<'_> {
         let all = self.brushes.iter();
         let [depth, blends] = all.fold([0.0f32; 2], |[depth, blends], (extent, joint, _)| {
             // No interior point is farther from the surface than half of the box.
-            let own = 0.5 * extent.aabb.size().min_element();
-            [depth.max(own), blends + joint.k]
+            let half = 0.5 * extent.aabb.size().min_element();
+            [depth.max(half), blends + joint.k]
         });
         before.max(self.program.lipschitz() * depth) + blends
     }
@@ -120,10 +123,10 @@ impl Additions<'_> {
     /// Whether a brush loses nowhere in a box by more than a margin.
     fn can_reach(&self, region: Aabb, [least, most]: [f32; 2], margin: f32) -> bool {
         self.brushes.iter().any(|(extent, joint, _)| {
-            let own = distance_from(region, extent);
+            let of_brush = distance_from(region, extent);
             let scene = if joint.sa > 0.0 { most } else { -least };
             // NaN, from an infinite solid, does not count as less.
-            let loses = own > 0.0 && own - scene > margin + joint.k;
+            let loses = of_brush > 0.0 && of_brush - scene > margin + joint.k;
             !loses
         })
     }

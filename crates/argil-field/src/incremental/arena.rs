@@ -21,16 +21,16 @@ impl Arena {
     }
 
     /// Stores words in the table. Returns their index.
-    pub(super) fn put(&mut self, params: &mut Vec<f32>, own: &[f32]) -> u32 {
-        let length = own.len() as u32;
+    pub(super) fn put(&mut self, params: &mut Vec<f32>, words: &[f32]) -> u32 {
+        let length = words.len() as u32;
         let at = match self.free.get_mut(&length).and_then(Vec::pop) {
             Some(at) => {
-                params[at as usize..(at + length) as usize].copy_from_slice(own);
+                params[at as usize..(at + length) as usize].copy_from_slice(words);
                 at
             }
             None => {
                 let at = params.len() as u32;
-                params.extend_from_slice(own);
+                params.extend_from_slice(words);
                 at
             }
         };

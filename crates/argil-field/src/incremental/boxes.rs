@@ -15,21 +15,24 @@ impl IncrementalProgram {
         let after = touched.after.iter().map(|node| self.operands.get(node));
         let after = after.collect::<Option<Vec<&Operand>>>()?;
         let all = || touched.before.iter().chain(after.iter().copied());
-        let acts = |own: &&Operand| own.takes_part;
-        let is_everywhere = |own: &Operand| {
-            own.operator.kind == OperatorKind::Intersect || !own.extent.aabb.is_finite()
+        let acts = |operand: &&Operand| operand.takes_part;
+        let is_everywhere = |operand: &Operand| {
+            operand.operator.kind == OperatorKind::Intersect || !operand.extent.aabb.is_finite()
         };
-        if all().filter(|own| own.takes_part).any(is_everywhere) {
+        if all()
+            .filter(|operand| operand.takes_part)
+            .any(is_everywhere)
+        {
             return None;
         }
         // The blends of what is gone count too.
         let [root, inner] = self.counts.largest_blends();
         let blend_of = |is_inner: bool, known: f32| {
-            let own = touched
+            let gone = touched
                 .before
                 .iter()
-                .filter(|own| (own.group != ROOT) == is_inner);
-            own.map(|own| own.operator.blend).fold(known, f32::max)
+                .filter(|operand| (operand.group != ROOT) == is_inner);
+            gone.map(|gone| gone.operator.blend).fold(known, f32::max)
         };
         let chamfered = self.counts.has_chamfers() || all().any(Operand::is_chamfered);
         let falls = [
@@ -40,9 +43,9 @@ impl IncrementalProgram {
             far,
             ..self.index.parts
         };
-        let boxes = all().filter(acts).map(|own| {
-            let joints = self.groups.joints_of(own.operator, own.group);
-            parts.reached_by(joints.iter().rev(), &own.extent, falls)
+        let boxes = all().filter(acts).map(|operand| {
+            let joints = self.groups.joints_of(operand.operator, operand.group);
+            parts.reached_by(joints.iter().rev(), &operand.extent, falls)
         });
         Some(boxes.collect())
     }

@@ -70,11 +70,11 @@ impl IncrementalProgram {
             .filter(|node| !touched.after.contains(node))
             .map(|node| &self.operands[node]);
         let mut all: Vec<&Operand> = stay.chain(&touched.before).collect();
-        all.retain(|own| own.takes_part);
-        all.sort_by_key(|own| own.rank);
+        all.retain(|operand| operand.takes_part);
+        all.sort_by_key(|operand| operand.rank);
         let mut writer = ListWriter::new(&self.groups, out);
         all.iter()
-            .for_each(|own| writer.put(own.group, &own.instructions));
+            .for_each(|operand| writer.put(operand.group, &operand.instructions));
         writer.end();
     }
 
@@ -84,17 +84,17 @@ impl IncrementalProgram {
             return;
         };
         let stays = |node: &NodeId| !touched.after.contains(node);
-        let mut own: Vec<usize> = (0..LEVELS)
+        let mut near: Vec<usize> = (0..LEVELS)
             .filter_map(|level| touched.near.get(&(level, part >> (2 * level))))
             .flatten()
             .copied()
             .collect();
-        own.sort_unstable();
-        own.dedup();
-        let own = own.into_iter().map(|index| &touched.before[index]);
+        near.sort_unstable();
+        near.dedup();
+        let near = near.into_iter().map(|index| &touched.before[index]);
         let everywhere = self.index.everywhere.iter().filter(|(_, node)| stays(node));
         let was_everywhere = |old: &&Operand| self.index.is_everywhere(old, &self.groups);
-        let mut others: Vec<(u64, &Operand)> = own
+        let mut others: Vec<(u64, &Operand)> = near
             .chain(touched.before.iter().filter(was_everywhere))
             .map(|old| (old.rank, old))
             .chain(everywhere.map(|(&rank, node)| (rank, &self.operands[node])))
@@ -102,16 +102,16 @@ impl IncrementalProgram {
         others.sort_by_key(|&(rank, _)| rank);
         let mut others = others.into_iter().peekable();
         let mut writer = ListWriter::new(&self.groups, out);
-        for own in self
+        for entry in self
             .index
             .near_in(part)
             .iter()
-            .filter(|own| stays(&own.node))
+            .filter(|entry| stays(&entry.node))
         {
-            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < entry.rank) {
                 writer.put(other.group, &other.instructions);
             }
-            self.put_near(&mut writer, own);
+            self.put_near(&mut writer, entry);
         }
         others.for_each(|(_, other)| writer.put(other.group, &other.instructions));
         writer.end();

@@ -18,12 +18,12 @@ pub(super) struct PieceCounts {
 
 fn count(counts: &mut BTreeMap<u32, u32>, value: f32, is_there: bool) {
     let bits = value.max(0.0).to_bits() & 0x7fff_ffff;
-    let own = counts.entry(bits).or_default();
+    let entry = counts.entry(bits).or_default();
     if is_there {
-        *own += 1;
+        *entry += 1;
     } else {
-        *own -= 1;
-        if *own == 0 {
+        *entry -= 1;
+        if *entry == 0 {
             counts.remove(&bits);
         }
     }

@@ -117,20 +117,22 @@ impl GroupTree {
     }
 
     pub(super) fn parent_of(&self, group: u32) -> u32 {
-        self.all.get(&group).map_or(ROOT, |own| own.parent)
+        self.all
+            .get(&group)
+            .map_or(ROOT, |found_group| found_group.parent)
     }
 
     pub(super) fn operator_of(&self, group: u32) -> Operator {
         self.all
             .get(&group)
-            .map_or_else(Operator::default, |own| own.operator)
+            .map_or_else(Operator::default, |found_group| found_group.operator)
     }
 
     /// Returns the place of a group's contents.
     pub(super) fn inside(&self, group: u32) -> GroupPosition {
         self.all
             .get(&group)
-            .map_or(GroupPosition::ROOT, |own| own.inside)
+            .map_or(GroupPosition::ROOT, |found_group| found_group.inside)
     }
 
     pub(super) fn insert(&mut self, mut group: LoweredGroup) -> u32 {
@@ -145,23 +147,23 @@ impl GroupTree {
 
     /// Records that a group contains a node.
     pub(super) fn hold(&mut self, group: u32, node: NodeId) {
-        if let Some(own) = self.all.get_mut(&group) {
-            own.children.insert(node);
+        if let Some(entry) = self.all.get_mut(&group) {
+            entry.children.insert(node);
         }
     }
 
     /// Records that a group no longer contains a node.
     pub(super) fn release(&mut self, group: u32, node: NodeId) {
-        if let Some(own) = self.all.get_mut(&group) {
-            own.children.remove(&node);
+        if let Some(entry) = self.all.get_mut(&group) {
+            entry.children.remove(&node);
         }
     }
 
     /// Removes a group. It stays until the next update.
     pub(super) fn remove(&mut self, group: u32) {
-        if let Some(own) = self.all.get(&group) {
-            self.of.remove(&own.node);
-            let (parent, node) = (own.parent, own.node);
+        if let Some(entry) = self.all.get(&group) {
+            self.of.remove(&entry.node);
+            let (parent, node) = (entry.parent, entry.node);
             self.release(parent, node);
             self.gone.push(group);
         }
@@ -170,8 +172,8 @@ impl GroupTree {
     /// Drops the groups that the last update removed. Returns their ranges of parameters.
     pub(super) fn remove_unused(&mut self) -> Vec<(u32, u32)> {
         let gone = std::mem::take(&mut self.gone);
-        let own = gone.into_iter().filter_map(|id| self.all.remove(&id));
-        own.map(|group| group.params).collect()
+        let removed = gone.into_iter().filter_map(|id| self.all.remove(&id));
+        removed.map(|group| group.params).collect()
     }
 
     /// Returns the outermost group around the contents of a group, or the root for the root's.
@@ -225,8 +227,8 @@ impl<'a> ListWriter<'a> {
         let (groups, out) = (self.groups, &mut *self.out);
         let parent_of = |group: u32| groups.parent_of(group);
         self.walk.go_to(group, parent_of, |group, enters| {
-            if let Some(own) = groups.get(group) {
-                out.push(if enters { own.open } else { own.close });
+            if let Some(entry) = groups.get(group) {
+                out.push(if enters { entry.open } else { entry.close });
             }
         });
     }

@@ -70,7 +70,7 @@ impl PartIndex {
             [only] => Some(only),
             _ => None,
         };
-        let own = PartEntry {
+        let entry = PartEntry {
             rank,
             node,
             group: operand.group,
@@ -84,7 +84,7 @@ impl PartIndex {
             self.levels = self.levels.max(at.0 + 1);
             let list = self.near.entry(at).or_default();
             if let Err(place) = list.binary_search_by_key(&rank, |near| near.rank) {
-                list.insert(place, own);
+                list.insert(place, entry);
             }
         }
     }
@@ -108,20 +108,20 @@ impl PartIndex {
     /// Iterates over the operands of a part, and of the parts on other levels that contain it, each level by rank.
     pub(super) fn near_by_level(&self, part: IVec3) -> impl Iterator<Item = &[PartEntry]> {
         (0..self.levels).filter_map(move |level| {
-            let own = self.near.get(&(level, part >> (2 * level)));
-            own.map(Vec::as_slice)
+            let entries = self.near.get(&(level, part >> (2 * level)));
+            entries.map(Vec::as_slice)
         })
     }
 
     /// Returns all operands near a part, by rank.
     pub(super) fn near_in(&self, part: IVec3) -> Cow<'_, [PartEntry]> {
         let mut all = Cow::Borrowed(&[][..]);
-        for own in self.near_by_level(part) {
+        for entries in self.near_by_level(part) {
             if all.is_empty() {
-                all = Cow::Borrowed(own);
+                all = Cow::Borrowed(entries);
             } else {
                 let joined = all.to_mut();
-                joined.extend_from_slice(own);
+                joined.extend_from_slice(entries);
                 joined.sort_by_key(|near| near.rank);
             }
         }

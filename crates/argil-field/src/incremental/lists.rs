@@ -36,8 +36,8 @@ impl IncrementalProgram {
         let touches =
             |held: &Aabb| held.max.cmpge(region.min).all() && held.min.cmple(region.max).all();
         let mut some: Vec<PartEntry> = Vec::new();
-        for own in self.index.near_by_level(part) {
-            some.extend(own.iter().filter(|own| touches(&own.held)));
+        for entries in self.index.near_by_level(part) {
+            some.extend(entries.iter().filter(|entry| touches(&entry.held)));
         }
         // Each level is sorted already, so this only merges them.
         some.sort_by_key(|near| near.rank);
@@ -50,7 +50,7 @@ impl IncrementalProgram {
         if self.counts.morphs > 0 {
             // A morph affects everything.
             self.acting()
-                .for_each(|own| writer.put(own.group, &own.instructions));
+                .for_each(|operand| writer.put(operand.group, &operand.instructions));
             writer.end();
             return;
         }
@@ -60,12 +60,12 @@ impl IncrementalProgram {
             .iter()
             .map(|(&r, &n)| (r, n))
             .peekable();
-        for own in near {
-            while let Some((_, other)) = others.next_if(|&(other, _)| other < own.rank) {
+        for entry in near {
+            while let Some((_, other)) = others.next_if(|&(other, _)| other < entry.rank) {
                 let other = &self.operands[&other];
                 writer.put(other.group, &other.instructions);
             }
-            self.put_near(&mut writer, own);
+            self.put_near(&mut writer, entry);
         }
         for (_, other) in others {
             let other = &self.operands[&other];
@@ -79,11 +79,12 @@ impl IncrementalProgram {
     pub(super) fn list_near(&self, boxes: &[Aabb], out: &mut Vec<Instruction>) -> bool {
         let mut near: BTreeMap<u64, PartEntry> = BTreeMap::new();
         let mut parts = 0;
-        for own in boxes {
-            let [low, high] = [own.min, own.max].map(|corner| self.index.parts.part_of(corner));
+        for region in boxes {
+            let [low, high] =
+                [region.min, region.max].map(|corner| self.index.parts.part_of(corner));
             let [x, y, z] = [0, 1, 2].map(|axis| i64::from(high[axis]) - i64::from(low[axis]) + 1);
             parts += x.saturating_mul(y).saturating_mul(z);
-            if !own.is_finite() || parts > MAX_PARTS {
+            if !region.is_finite() || parts > MAX_PARTS {
                 return false;
             }
             for index in 0..x * y * z {
@@ -99,28 +100,29 @@ impl IncrementalProgram {
         true
     }
 
-    pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, own: &PartEntry) {
-        match &own.instr {
-            Some(instr) => writer.put(own.group, std::slice::from_ref(instr)),
-            None => writer.put(own.group, &self.operands[&own.node].instructions),
+    pub(super) fn put_near(&self, writer: &mut ListWriter<'_>, entry: &PartEntry) {
+        match &entry.instr {
+            Some(instr) => writer.put(entry.group, std::slice::from_ref(instr)),
+            None => writer.put(entry.group, &self.operands[&entry.node].instructions),
         }
     }
 
     /// Iterates over the pieces that take part, in the scene's order. The first one adds.
     pub(super) fn acting(&self) -> impl Iterator<Item = &Operand> {
         let all = self.order.values().map(|node| &self.operands[node]);
-        all.filter(|own| own.takes_part).skip_while(|own| {
-            let kind = match self.groups.outermost(own.group) {
-                ROOT => own.operator.kind,
-                group => self.groups.operator_of(group).kind,
-            };
-            kind != OperatorKind::Union
-        })
+        all.filter(|operand| operand.takes_part)
+            .skip_while(|operand| {
+                let kind = match self.groups.outermost(operand.group) {
+                    ROOT => operand.operator.kind,
+                    group => self.groups.operator_of(group).kind,
+                };
+                kind != OperatorKind::Union
+            })
     }
 
     /// Returns the rank of the first piece that acts. Those before it have nothing to act on.
     pub(super) fn first_acting(&self) -> Option<u64> {
-        self.acting().next().map(|own| own.rank)
+        self.acting().next().map(|operand| operand.rank)
     }
 
     /// Returns the whole scene's program, equal to [`Program::lower`] except for orders that do not matter.
@@ -138,17 +140,17 @@ impl IncrementalProgram {
         let mut places = FxHashMap::default();
         places.insert(ROOT, ROOT);
         let mut writer = ListWriter::new(&self.groups, &mut instructions);
-        for own in self.acting() {
-            writer.put(own.group, &own.instructions);
+        for operand in self.acting() {
+            writer.put(operand.group, &operand.instructions);
             let end = writer.len() as u32;
             operands.push(OperandSpan {
-                begin: end - own.instructions.len() as u32,
+                begin: end - operand.instructions.len() as u32,
                 end,
-                group: self.place_of(own.group, &mut places, &mut groups),
-                operator: own.operator,
-                extent: own.extent,
+                group: self.place_of(operand.group, &mut places, &mut groups),
+                operator: operand.operator,
+                extent: operand.extent,
             });
-            whole.brushes += own.brushes;
+            whole.brushes += operand.brushes;
         }
         writer.end();
         whole.instructions = instructions;
@@ -166,17 +168,17 @@ impl IncrementalProgram {
         if let Some(&place) = places.get(&group) {
             return place;
         }
-        let Some(own) = self.groups.get(group) else {
+        let Some(entry) = self.groups.get(group) else {
             return ROOT;
         };
         // Open groups limit the depth.
-        let parent = self.place_of(own.parent, places, groups);
+        let parent = self.place_of(entry.parent, places, groups);
         let place = groups.len() as u32;
         groups.push(GroupSpan {
             parent,
-            operator: own.operator,
-            open: own.open,
-            close: own.close,
+            operator: entry.operator,
+            open: entry.open,
+            close: entry.close,
         });
         places.insert(group, place);
         place

@@ -48,7 +48,10 @@ impl BrushMotion {
             [bits[0].to_bits(), bits[1].to_bits(), bits[2].to_bits(), 0]
         };
         let mut all = vec![[self.boxes.len() as u32, self.brushes.len() as u32, 0, 0]];
-        let corners = self.boxes.iter().flat_map(|own| [own.min, own.max]);
+        let corners = self
+            .boxes
+            .iter()
+            .flat_map(|region| [region.min, region.max]);
         all.extend(corners.map(corner));
         for &(params, map) in &self.brushes {
             all.push([params, 0, 0, 0]);
@@ -101,7 +104,7 @@ impl IncrementalProgram {
             let moves: Vec<MovedBrush> = moves.collect();
             let mut changed = moves
                 .iter()
-                .map(|own| own.before_from_now)
+                .map(|brush| brush.before_from_now)
                 .filter(|map| *map != DAffine3::IDENTITY);
             // Where brushes change their places in the piece, each has another map.
             if let Some(first) = changed.next()
@@ -124,31 +127,34 @@ impl IncrementalProgram {
         updates: impl IntoIterator<Item = &'a [MovedBrush]>,
     ) -> Option<BrushMotion> {
         let mut maps: BTreeMap<(NodeId, usize), DAffine3> = BTreeMap::new();
-        let is_as_it_was = |own: &&MovedBrush| {
-            let now = self.operands.get(&own.piece);
-            now.is_some_and(|now| now.instructions.len() == own.count)
+        let is_as_it_was = |brush: &&MovedBrush| {
+            let now = self.operands.get(&brush.piece);
+            now.is_some_and(|now| now.instructions.len() == brush.count)
         };
-        for own in updates.into_iter().flatten().filter(is_as_it_was) {
+        for brush in updates.into_iter().flatten().filter(is_as_it_was) {
             let map = maps
-                .entry((own.piece, own.index))
+                .entry((brush.piece, brush.index))
                 .or_insert(DAffine3::IDENTITY);
-            *map *= own.before_from_now;
+            *map *= brush.before_from_now;
         }
         let mut boxes = Vec::new();
         let mut brushes: BTreeMap<u32, Option<DAffine3>> = BTreeMap::new();
         let air = self.counts.max_outward_offset();
         let mut last = None;
         for ((piece, index), map) in maps {
-            let operand = self.operands.get(&piece).filter(|own| own.takes_part);
-            let Some((operand, instr)) =
-                operand.and_then(|own| Some((own, own.instructions.get(index)?)))
-            else {
+            let operand = self
+                .operands
+                .get(&piece)
+                .filter(|piece_operand| piece_operand.takes_part);
+            let Some((operand, instr)) = operand.and_then(|piece_operand| {
+                Some((piece_operand, piece_operand.instructions.get(index)?))
+            }) else {
                 continue;
             };
             // Copies share parameters, and are not told apart if they moved differently.
             brushes
                 .entry(instr.params)
-                .and_modify(|known| *known = known.filter(|own| is_like(own, &map)))
+                .and_modify(|known| *known = known.filter(|other| is_like(other, &map)))
                 .or_insert(Some(map));
             if last.replace(piece) != Some(piece) {
                 // A stored surface lies a little beside the field's.
@@ -214,8 +220,8 @@ impl IncrementalProgram {
         let [x, y, z, t] = std::array::from_fn(|i| {
             DVec3::new(rows[i].into(), rows[4 + i].into(), rows[8 + i].into())
         });
-        let own = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), t);
-        (true, own * map)
+        let placement = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), t);
+        (true, placement * map)
     }
 }
 

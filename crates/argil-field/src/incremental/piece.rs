@@ -147,38 +147,38 @@ fn lowered(
     let entry = scene.node(node).at_current_time();
     let takes_part = extents.takes_part(node);
     // What is hidden cannot exceed a limit.
-    let own = if takes_part {
+    let program = if takes_part {
         Program::lower_piece(scene, node, place.frame, place.scale)?
     } else {
         Program::blank()
     };
-    let (opcodes, iterations) = (OpcodeSet::of(&own), own.max_iterations());
+    let (opcodes, iterations) = (OpcodeSet::of(&program), program.max_iterations());
     Ok(Operand {
         rank: 0,
         group: ROOT,
         group_adds: true,
-        instructions: own.instructions,
-        own_params: own.params,
+        instructions: program.instructions,
+        own_params: program.params,
         params: (0, 0),
         operator: scaled(&entry.operator, place.scale),
         takes_part,
         extent: extent_in_world(scene, extents, node),
         regularity: Regularity {
-            lipschitz: own.lipschitz,
-            slack: own.slack,
-            hidden: own.hidden_slack,
-            isolation: own.isolation,
-            underestimate: if own.hidden_slack > 0.0 {
-                own.underestimate
+            lipschitz: program.lipschitz,
+            slack: program.slack,
+            hidden: program.hidden_slack,
+            isolation: program.isolation,
+            underestimate: if program.hidden_slack > 0.0 {
+                program.underestimate
             } else {
                 1.0
             },
             ..Regularity::SMOOTH
         },
         overshoot: ramp_overshoot(entry) * place.scale,
-        magnitude: own.magnitude,
-        slots: (own.value_slots, own.point_slots),
-        brushes: own.brushes,
+        magnitude: program.magnitude,
+        slots: (program.value_slots, program.point_slots),
+        brushes: program.brushes,
         opcodes,
         iterations,
     })

@@ -21,8 +21,9 @@ impl IncrementalProgram {
                 if self.groups.find(parent).is_none() {
                     units.extend(self.unit_of(scene, parent));
                 } else if parent != Scene::ROOT
-                    && scene.get(node).is_some_and(|own| {
-                        own.parent() == Some(parent) && !leaves_open(own.at_current_time())
+                    && scene.get(node).is_some_and(|found_node| {
+                        found_node.parent() == Some(parent)
+                            && !leaves_open(found_node.at_current_time())
                     })
                 {
                     // It is no longer open.
@@ -161,12 +162,12 @@ impl IncrementalProgram {
         loop {
             let parent = scene.node(at).parent()?;
             let siblings = scene.node(parent).children();
-            let own = siblings.iter().rposition(|&n| n == at)?;
+            let position = siblings.iter().rposition(|&n| n == at)?;
             let end = |&node: &NodeId| self.end_rank(scene, node, is_after);
             let found = if is_after {
-                siblings[own + 1..].iter().find_map(end)
+                siblings[position + 1..].iter().find_map(end)
             } else {
-                siblings[..own].iter().rev().find_map(end)
+                siblings[..position].iter().rev().find_map(end)
             };
             if found.is_some() || parent == Scene::ROOT {
                 return found;

@@ -36,7 +36,7 @@ impl EnclosingGroup {
         let entry = scene.node(node).at_current_time();
         let names = || scene.materials().keys().zip(1..);
         let named = entry.material.as_ref();
-        let found = named.and_then(|name| names().find(|(own, _)| *own == name));
+        let found = named.and_then(|name| names().find(|(key, _)| *key == name));
         let mut frame = Frame {
             material: found.map_or(within.material, |(_, index)| index),
             ..within

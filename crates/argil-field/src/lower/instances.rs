@@ -86,7 +86,7 @@ impl Lowering<'_> {
     ) {
         let rest = &sorted[begin..];
         let Some(&pose) = rest.first() else { return };
-        let end = begin + rest.partition_point(|own| own.scale <= pose.scale);
+        let end = begin + rest.partition_point(|other| other.scale <= pose.scale);
         let others = sorted[begin + 1..end].to_vec();
         if end < sorted.len() {
             self.tasks.push(LoweringTask::Instances {
@@ -157,8 +157,8 @@ impl Lowering<'_> {
             return Ok(());
         };
         let end = self.program.instructions.len();
-        let own = end - begin + 4;
-        let needed = end as u64 + own as u64 * others.len() as u64;
+        let of_each = end - begin + 4;
+        let needed = end as u64 + of_each as u64 * others.len() as u64;
         if needed > MAX_INSTRUCTIONS {
             return Err(LowerError::TooManyInstances {
                 path: self.scene.path(node),
@@ -173,7 +173,7 @@ impl Lowering<'_> {
         }
         let brushes = self.program.brushes - brushes;
         self.program.brushes += brushes * others.len();
-        self.program.instructions.reserve(own * others.len());
+        self.program.instructions.reserve(of_each * others.len());
         others.sort_by_cached_key(along_curve);
         let bounds = (content, frame);
         self.emit_clusters(&others, bounds, combine, |lowering, pose, is_alone| {
@@ -341,11 +341,11 @@ fn around(bounds: &[[f32; 5]]) -> Option<[f32; 5]> {
     let middle = Aabb::around(centers()).center();
     let radius = centers()
         .zip(bounds)
-        .map(|(center, own)| center.distance(middle) + own[3])
+        .map(|(center, sphere)| center.distance(middle) + sphere[3])
         .fold(0.0, f32::max);
     let factor = bounds
         .iter()
-        .map(|own| own[4])
+        .map(|sphere| sphere[4])
         .fold(f32::INFINITY, f32::min);
     (!bounds.is_empty()).then(|| {
         let rounding = 1e-6 * (middle.abs().max_element() + radius);

@@ -222,9 +222,9 @@ impl<'a> Lowering<'a> {
         if last == 0 {
             // The first operand of a group is in nothing else, and so are the contents of an open group.
             if let Some(within) = around
-                && let Some(own) = self.open.get_mut(&node)
+                && let Some(scope) = self.open.get_mut(&node)
             {
-                own.group = within.group;
+                scope.group = within.group;
             }
             self.tasks.push(LoweringTask::Solid { node, frame });
             self.tasks.extend(begin);
@@ -246,9 +246,9 @@ impl<'a> Lowering<'a> {
         let close = self.combine(node, frame, swapped);
         let open = open_of(close.flags);
         if let Some(within) = around
-            && let Some(own) = self.open.get(&node)
+            && let Some(known_scope) = self.open.get(&node)
         {
-            self.program.groups[own.group as usize] = GroupSpan {
+            self.program.groups[known_scope.group as usize] = GroupSpan {
                 parent: within.group,
                 operator: scaled(&entry.operator, within.scale),
                 open,
@@ -296,13 +296,13 @@ impl<'a> Lowering<'a> {
                 .unwrap_or(frame.material),
             None => frame.material,
         };
-        let own = || {
-            let own = self.regular[node];
-            (node != Scene::ROOT).then_some(own.slack + own.hidden)
+        let jump_of_node = || {
+            let regularity = self.regular[node];
+            (node != Scene::ROOT).then_some(regularity.slack + regularity.hidden)
         };
         Frame {
             material,
-            jump: frame.jump.or_else(own),
+            jump: frame.jump.or_else(jump_of_node),
             ..frame
         }
     }

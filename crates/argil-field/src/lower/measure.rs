@@ -54,9 +54,9 @@ impl<'a> Lowering<'a> {
         };
         if let Some(pieces) = pieces.filter(|pieces| pieces.all.len() > FEW_OPERANDS) {
             let groups = pieces.groups.iter().zip(0..);
-            let open = |(own, group): (&OpenGroup, u32)| {
-                let scale = own.scale;
-                (own.node, OpenScope { group, scale })
+            let open = |(open_group, group): (&OpenGroup, u32)| {
+                let scale = open_group.scale;
+                (open_group.node, OpenScope { group, scale })
             };
             lowering.open = groups.map(open).collect();
             let root = GroupSpan {
@@ -86,13 +86,13 @@ impl<'a> Lowering<'a> {
                     if !acts || !self.extents.takes_part(child) {
                         continue;
                     }
-                    let own = self.slots[child];
+                    let of_child = self.slots[child];
                     need = match operands.is_empty() {
-                        true => own,
+                        true => of_child,
                         false if is_single(entry) => need,
-                        false if self.open.contains_key(&id) => need.max(1 + own),
+                        false if self.open.contains_key(&id) => need.max(1 + of_child),
                         // The operand that needs more goes first, and the other then has one slot less.
-                        false => need.max(own).max(1 + need.min(own)),
+                        false => need.max(of_child).max(1 + need.min(of_child)),
                     };
                     operands.push(child);
                     prefix.push(need);
@@ -117,13 +117,13 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    pub(super) fn set_regularity(&mut self, own: Regularity) {
+    pub(super) fn set_regularity(&mut self, regularity: Regularity) {
         let program = &mut self.program;
-        program.lipschitz = own.lipschitz;
-        program.slack = own.slack;
-        program.hidden_slack = own.hidden;
-        program.isolation = own.isolation;
-        program.underestimate = own.underestimate;
+        program.lipschitz = regularity.lipschitz;
+        program.slack = regularity.slack;
+        program.hidden_slack = regularity.hidden;
+        program.isolation = regularity.isolation;
+        program.underestimate = regularity.underestimate;
     }
 
     /// Returns the facts about a piece, if it takes part.

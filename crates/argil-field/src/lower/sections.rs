@@ -52,7 +52,7 @@ impl Lowering<'_> {
                 frame.scale /= f64::from(modifier.stretch(content));
                 let (low, high) = (content.aabb.min.y.max(-FAR), content.aabb.max.y.min(FAR));
                 let outer = (radius + content.aabb.max.z).clamp(0.0, FAR);
-                let own = [
+                let measures = [
                     from,
                     length,
                     radius,
@@ -63,7 +63,7 @@ impl Lowering<'_> {
                     outer,
                     length_scale,
                 ];
-                let words = [&own[..], &curve_words(curve)].concat();
+                let words = [&measures[..], &curve_words(curve)].concat();
                 let instr = self.with(abi::OP_WRAP, &words);
                 self.emit(instr);
                 closing.push(LoweringTask::Emit(abi::Instruction {
@@ -106,7 +106,7 @@ impl Lowering<'_> {
 }
 
 fn ramp_words(ramp: &Ramp) -> Vec<f32> {
-    let own = match *ramp {
+    let measures = match *ramp {
         Ramp::Line { from, to, .. } => {
             let (from, to) = (Vec3::from(from).as_dvec3(), Vec3::from(to).as_dvec3());
             let per_length = (to - from) / (to - from).length_squared();
@@ -118,8 +118,8 @@ fn ramp_words(ramp: &Ramp) -> Vec<f32> {
             [1.0, per_length, -f64::from(from) * per_length, 0.0, 0.0]
         }
     };
-    let own = own.map(|word| word as f32);
-    [&own[..], &curve_words(ramp.curve())].concat()
+    let measures = measures.map(|word| word as f32);
+    [&measures[..], &curve_words(ramp.curve())].concat()
 }
 
 fn curve_words(curve: &Curve) -> Vec<f32> {

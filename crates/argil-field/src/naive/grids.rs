@@ -70,8 +70,8 @@ pub(super) fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
         }
         let least = |c: f64, most: usize| (c.max(0.0) as usize).min(most - 1);
         let place = [0, 1, 2].map(|axis| least(at[axis], n[axis]));
-        let own = w[table + (place[2] * n[1] + place[1]) * n[0] + place[0]] as usize;
-        let side = 1 << (own % 4);
+        let entry = w[table + (place[2] * n[1] + place[1]) * n[0] + place[0]] as usize;
+        let side = 1 << (entry % 4);
         let inner = (at - V3::from_array(place.map(|c| c as f64))) * side as f64;
         let place_in = [0, 1, 2].map(|axis| least(inner[axis], side));
         let t = inner - V3::from_array(place_in.map(|c| c as f64));
@@ -86,8 +86,8 @@ pub(super) fn sampled(p: V3, grid: &argil_scene::SampledGrid) -> f64 {
                 table + n[0] * n[1] * n[2] + (z * (n[1] + 1) + y) * (n[0] + 1) + x
             } else {
                 let [x, y, z] = [0, 1, 2].map(|k| place_in[k] + bits[k]);
-                let cell = own / 4 * (side + 1).pow(3);
-                starts[own % 4 - 1] + cell + (z * (side + 1) + y) * (side + 1) + x
+                let cell = entry / 4 * (side + 1).pow(3);
+                starts[entry % 4 - 1] + cell + (z * (side + 1) + y) * (side + 1) + x
             };
             d += share * f64::from(w[sample]);
         }

@@ -384,10 +384,10 @@ pub fn shape(s: &Shape, p: V3) -> f64 {
             half_depth,
         } => {
             let all = argil_scene::text_outlines(text, size);
-            let own = all.iter().map(|o| outline(o, V2::new(p.x, p.y), false));
+            let distances = all.iter().map(|o| outline(o, V2::new(p.x, p.y), false));
             // Inside an odd number of them, and as far as the nearest.
-            let (d, sign) = own.fold((f64::INFINITY, 1.0f64), |(d, sign), own| {
-                (d.min(own.abs()), sign * own.signum())
+            let (d, sign) = distances.fold((f64::INFINITY, 1.0f64), |(d, sign), outline_d| {
+                (d.min(outline_d.abs()), sign * outline_d.signum())
             });
             extruded(d * sign, p.z, f(half_depth))
         }

@@ -127,8 +127,10 @@ async fn read_looks(
     let mut mixed = Vec::new();
     for &block in &blocks {
         let from = block as usize * PLACES as usize;
-        let own = all_mixed.get(from..from + PLACES as usize);
-        mixed.extend_from_slice(own.ok_or_else(|| odd("a mixed brick's materials are not there"))?);
+        let materials = all_mixed.get(from..from + PLACES as usize);
+        mixed.extend_from_slice(
+            materials.ok_or_else(|| odd("a mixed brick's materials are not there"))?,
+        );
     }
     for look in &mut looks {
         if let Some(block) = block_of(*look) {

@@ -95,7 +95,10 @@ impl BrickTables {
 
     /// Returns tables that no command reads any more.
     fn take_making(&mut self, gpu: &Gpu) -> Result<Box<BuildTables>, GpuError> {
-        let done = self.making.iter().position(|(_, own)| own.is_done());
+        let done = self
+            .making
+            .iter()
+            .position(|(_, submission)| submission.is_done());
         match done {
             Some(place) => Ok(self.making.swap_remove(place).0),
             None => BuildTables::new(gpu).map(Box::new),
@@ -117,7 +120,12 @@ impl BrickTables {
 
     /// Waits for edits that hosts have submitted.
     async fn wait_for_hosts(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
-        let are_made = |own: &Self| own.making.iter().all(|(_, own)| own.is_done());
+        let are_made = |volume: &Self| {
+            volume
+                .making
+                .iter()
+                .all(|(_, submission)| submission.is_done())
+        };
         if are_made(self) {
             return Ok(());
         }
@@ -187,7 +195,7 @@ impl EditRun<'_> {
             let block = list.first / BLOCK_SIDE as i32;
             let slot = table.find(block);
             // An edit before has freed its bricks, or will; this one decides again.
-            tables.gone.retain(|(own, ..)| *own != block);
+            tables.gone.retain(|(gone_block, ..)| *gone_block != block);
             if let Some(inside) = list.far {
                 gone.push((block, inside));
                 if slot.is_none() {

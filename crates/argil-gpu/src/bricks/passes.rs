@@ -291,18 +291,18 @@ fn groups_of(
         entries.extend(site.counters.binding(COUNTERS));
         entries.extend(site.materials.binding(BRICK_MATERIALS));
         let group = |label, passes: &Passes| {
-            let has = |place: u32| passes.places().any(|own| own == place);
-            let own = entries.iter().filter(|own| has(own.binding));
+            let has = |place: u32| passes.places().any(|bound_place| bound_place == place);
+            let needed = entries.iter().filter(|entry| has(entry.binding));
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(label),
                 layout: &passes.layout,
-                entries: &own.cloned().collect::<Vec<_>>(),
+                entries: &needed.cloned().collect::<Vec<_>>(),
             })
         };
         let columns = passes.columns.as_ref();
         BuildGroups {
             build: group("Bricks::build", &passes.build),
-            columns: columns.map(|own| group("Bricks::columns", own)),
+            columns: columns.map(|passes| group("Bricks::columns", passes)),
             plan: group("Bricks::plan", &passes.plan),
         }
     })

@@ -18,7 +18,7 @@ impl FrameBuffers {
         kept: Option<&wgpu::BindGroup>,
         encoder: &mut wgpu::CommandEncoder,
     ) {
-        let Some([own, resolving]) = &self.groups else {
+        let Some([frame_group, resolving]) = &self.groups else {
             return;
         };
         let [columns, rows] = self.key.size.map(|side| side.div_ceil(GROUP));
@@ -68,7 +68,7 @@ impl FrameBuffers {
                     if let Some(pipeline) = pipelines.frame[pipeline] {
                         pass.set_pipeline(pipeline);
                     }
-                    pass.set_bind_group(0, own, &[at(dispatch)]);
+                    pass.set_bind_group(0, frame_group, &[at(dispatch)]);
                     match groups {
                         Some([x, y, z]) => pass.dispatch_workgroups(x, y, z),
                         None => pass.dispatch_workgroups_indirect(&self.arguments, 0),

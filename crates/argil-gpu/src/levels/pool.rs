@@ -133,10 +133,11 @@ impl LevelPool {
             rest = &rest[count..];
             staged.resize(count * brick_bytes, 0);
             for index in 0..count {
-                let own = &samples[(first as usize + index) * brick_bytes..][..brick_bytes];
-                for (row, own) in own.chunks_exact(line).enumerate() {
+                let brick_samples =
+                    &samples[(first as usize + index) * brick_bytes..][..brick_bytes];
+                for (row, row_samples) in brick_samples.chunks_exact(line).enumerate() {
                     let to = (row * count + index) * line;
-                    staged[to..to + line].copy_from_slice(own);
+                    staged[to..to + line].copy_from_slice(row_samples);
                 }
             }
             let columns = count as u32 * SIDE;

@@ -75,7 +75,10 @@ impl LevelTables {
             materials.len(),
             mixed.len() * 2 / MIXED,
         ];
-        let is_short = needed.iter().zip(self.room).any(|(&own, room)| own > room);
+        let is_short = needed
+            .iter()
+            .zip(self.room)
+            .any(|(&needed, room)| needed > room);
         let is_new = is_short || self.pool[..2] != pool[..2];
         self.pool = pool;
         if is_short {
@@ -122,8 +125,9 @@ impl LevelTables {
             put(places.materials as usize + brick as usize, &[material]);
             if material & BRICK_MIXED != 0 {
                 let block = (material & !BRICK_MIXED) as usize;
-                let own: &[u32] = bytemuck::cast_slice(&mixed[block * MIXED / 2..][..MIXED / 2]);
-                put(places.mixed as usize + MIXED * block, own);
+                let mixed_words: &[u32] =
+                    bytemuck::cast_slice(&mixed[block * MIXED / 2..][..MIXED / 2]);
+                put(places.mixed as usize + MIXED * block, mixed_words);
             }
         }
         self.write(gpu, dirty);

@@ -135,10 +135,10 @@ fn insides_of(levels: &Levels, leaf: &LeafCell, codes: &[i16; 729]) -> Box<[bool
                 levels.leaf_at(beside)
             });
             let decides = around
-                .filter(|own| levels.has_brick(own))
-                .min_by_key(|own| (own.level, own.cell));
-            if let Some(own) = decides {
-                *inside = levels.leaf_sample(&own, (corner - own.origin) >> own.level) < 0;
+                .filter(|neighbor| levels.has_brick(neighbor))
+                .min_by_key(|leaf| (leaf.level, leaf.cell));
+            if let Some(leaf) = decides {
+                *inside = levels.leaf_sample(&leaf, (corner - leaf.origin) >> leaf.level) < 0;
             }
         }
     }
@@ -156,7 +156,7 @@ fn voxels_around(
 ) -> Option<[Voxel; 4]> {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut around = [Voxel(0); 4];
-    for (own, [du, dv]) in around.iter_mut().zip(AROUND) {
+    for (neighbor, [du, dv]) in around.iter_mut().zip(AROUND) {
         let mut voxel = begin;
         voxel[u] += du;
         voxel[v] += dv;
@@ -170,7 +170,7 @@ fn voxels_around(
         if other.level < leaf.level || (other.level == leaf.level && !is_owner) {
             return None;
         }
-        *own = Voxel::new(&other, voxel);
+        *neighbor = Voxel::new(&other, voxel);
     }
     Some(around)
 }

@@ -36,7 +36,7 @@ struct OnFace {
 impl Sheets {
     /// Joins the sheets of all voxels around edges.
     pub(super) fn new(levels: &Levels, edges: &[ActiveEdge]) -> Self {
-        let mut own = Self {
+        let mut sheets = Self {
             parents: (0..4 * edges.len() as u32).collect(),
             seams: Vec::new(),
         };
@@ -45,7 +45,7 @@ impl Sheets {
             for k in 0..4 {
                 for other in k + 1..4 {
                     if edge.around[k] == edge.around[other] {
-                        own.join(4 * index + k, 4 * index + other);
+                        sheets.join(4 * index + k, 4 * index + other);
                     }
                 }
             }
@@ -56,9 +56,9 @@ impl Sheets {
             .collect();
         all.par_sort_unstable_by_key(|one| (one.voxels, one.edge));
         for (index, face) in (0..).zip(all.chunk_by(|a, b| a.voxels == b.voxels)) {
-            own.join_face(levels, edges, face, index);
+            sheets.join_face(levels, edges, face, index);
         }
-        own
+        sheets
     }
 
     /// Returns the intervals whose two sheets meet in another interval, too. Two voxels share one face, so both
@@ -116,7 +116,9 @@ impl Sheets {
             let (_, _, next) = around[(i + 1) % around.len()];
             if enters {
                 for k in 0..2 {
-                    let node = |own: &OnFace| 4 * own.edge as usize + usize::from(own.places[k]);
+                    let node = |on_face: &OnFace| {
+                        4 * on_face.edge as usize + usize::from(on_face.places[k])
+                    };
                     self.join(node(&one), node(&next));
                 }
                 if face.len() > 3 {

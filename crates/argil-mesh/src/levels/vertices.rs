@@ -96,14 +96,24 @@ fn project(
     let n = vertices.len();
     let mut room = Box::new([[0.0; LANES]; 7]);
     for _ in 0..STEPS {
-        look(evaluator, list, vertices.iter().map(|own| own.0), &mut room);
+        look(
+            evaluator,
+            list,
+            vertices.iter().map(|vertex| vertex.0),
+            &mut room,
+        );
         for (i, (position, voxel)) in vertices.iter_mut().enumerate() {
             let (d, g) = (room[3][i], gradient(&room, i));
             let step = g * (d / g.length_squared().max(1e-4));
             *position -= step.clamp_length_max(MAX_STEP * *voxel);
         }
     }
-    look(evaluator, list, vertices.iter().map(|own| own.0), &mut room);
+    look(
+        evaluator,
+        list,
+        vertices.iter().map(|vertex| vertex.0),
+        &mut room,
+    );
     let distances = room[3];
     let beside: Vec<Vec3> = vertices
         .iter()

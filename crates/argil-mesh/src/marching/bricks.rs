@@ -65,13 +65,13 @@ fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLo
     };
     let mut all = All::<T>::new(bricks, pool);
     let (mut vertices, mut triangles) = (0u32, 0u32);
-    let mut groups = Vec::with_capacity(all.own.len());
-    for own in &mut all.own {
-        let counts = own.counts;
-        own.begin = [vertices, triangles];
+    let mut groups = Vec::with_capacity(all.vertices.len());
+    for ranges in &mut all.vertices {
+        let counts = ranges.counts;
+        ranges.begin = [vertices, triangles];
         let [x, y, z, own_triangles] = counts;
         groups.push(BrickVertexRange {
-            cell: own.cell,
+            cell: ranges.cell,
             begin: vertices,
             ends: [vertices + x, vertices + x + y, vertices + x + y + z],
         });
@@ -87,9 +87,9 @@ fn march_of<T: Texel>(bricks: &Bricks, with_rings: bool) -> (MarchedMesh, CellLo
     let mut spans = vec![[0.0; 2]; vertices as usize];
     let (mut positions, mut left) = (&mut mesh.positions[..], &mut spans[..]);
     let mut triangles = &mut mesh.triangles[..];
-    let mut jobs = Vec::with_capacity(all.own.len());
-    for (brick, own) in all.own.iter().enumerate() {
-        let [x, y, z, count] = own.counts;
+    let mut jobs = Vec::with_capacity(all.vertices.len());
+    for (brick, ranges) in all.vertices.iter().enumerate() {
+        let [x, y, z, count] = ranges.counts;
         let count_own = (x + y + z) as usize;
         let (own_positions, rest) = positions.split_at_mut(count_own);
         positions = rest;
@@ -147,15 +147,15 @@ struct BrickVertices {
 
 impl BrickVertices {
     fn new(brick: usize, cell: IVec3, beside: [u32; 8]) -> Self {
-        let mut own = Self {
+        let mut vertices = Self {
             cell,
             beside,
             has: [false; 8],
             counts: [0; 4],
             begin: [0; 2],
         };
-        own.has = std::array::from_fn(|sides| own.owner(brick, sides).0 == brick);
-        own
+        vertices.has = std::array::from_fn(|sides| vertices.owner(brick, sides).0 == brick);
+        vertices
     }
 
     /// Returns the owner of an edge at some of a brick's high sides, and the high sides at which the owner has it.
@@ -180,7 +180,7 @@ struct All<'a, T> {
     points: usize,
     /// Rows of samples in a brick.
     rows: usize,
-    own: Vec<BrickVertices>,
+    vertices: Vec<BrickVertices>,
     /// For each row of each brick, which samples are inside.
     bits: Vec<u32>,
     /// The number of a brick's vertices before each row, for edges along x, y and z.
@@ -193,7 +193,7 @@ impl<'a, T: Texel> All<'a, T> {
         let side = layout.brick_size_voxels() as usize;
         let points = side + 1;
         let rows = points * points;
-        let own: Vec<BrickVertices> = bricks
+        let vertices: Vec<BrickVertices> = bricks
             .cell_of_brick()
             .par_iter()
             .enumerate()
@@ -217,9 +217,9 @@ impl<'a, T: Texel> All<'a, T> {
             side,
             points,
             rows,
-            bits: vec![0; rows * own.len()],
-            before: vec![0; 3 * rows * own.len()],
-            own,
+            bits: vec![0; rows * vertices.len()],
+            before: vec![0; 3 * rows * vertices.len()],
+            vertices,
         };
         let samples = rows * points;
         all.bits
@@ -245,8 +245,8 @@ impl<'a, T: Texel> All<'a, T> {
             .map(|(brick, before)| all.count(brick, before))
             .collect();
         all.before = before;
-        for (own, counts) in all.own.iter_mut().zip(counts) {
-            own.counts = counts;
+        for (brick, counts) in all.vertices.iter_mut().zip(counts) {
+            brick.counts = counts;
         }
         all
     }
@@ -273,13 +273,13 @@ impl<'a, T: Texel> All<'a, T> {
     }
 
     /// Returns the crossed edges that belong to the brick.
-    fn owned(&self, own: &BrickVertices, axis: usize, row: usize, crossed: u32) -> u32 {
+    fn owned(&self, brick: &BrickVertices, axis: usize, row: usize, crossed: u32) -> u32 {
         let mut edges = crossed;
         let sides = self.sides(axis, row);
-        if !own.has[sides] {
+        if !brick.has[sides] {
             edges &= 1 << self.side;
         }
-        if axis != 0 && !own.has[sides | 1] {
+        if axis != 0 && !brick.has[sides | 1] {
             edges &= !(1 << self.side);
         }
         edges
@@ -294,11 +294,11 @@ impl<'a, T: Texel> All<'a, T> {
                 before[axis * self.rows + row] = all as u16;
                 let crossed = self.crossed(bits, axis, row);
                 if crossed != 0 {
-                    let own = self
-                        .owned(&self.own[brick], axis, row, crossed)
+                    let crossings = self
+                        .owned(&self.vertices[brick], axis, row, crossed)
                         .count_ones();
-                    counts[axis] += own;
-                    all += own;
+                    counts[axis] += crossings;
+                    all += crossings;
                 }
             }
         }
@@ -348,8 +348,8 @@ impl<'a, T: Texel> All<'a, T> {
             / layout.encoding().format.max_code() as f32;
         let length = self.rows * self.points;
         let samples = &self.pool[brick * length..][..length];
-        let own = &self.own[brick];
-        let first = (own.cell * self.side as i32).as_vec3();
+        let ranges = &self.vertices[brick];
+        let first = (ranges.cell * self.side as i32).as_vec3();
         let mut next = 0;
         for axis in 0..3 {
             let step = [1, self.points, self.rows][axis];
@@ -358,7 +358,7 @@ impl<'a, T: Texel> All<'a, T> {
                 if edges == 0 {
                     continue;
                 }
-                let owned = self.owned(own, axis, row, edges);
+                let owned = self.owned(ranges, axis, row, edges);
                 let [y, z] = [row % self.points, row / self.points];
                 while edges != 0 {
                     let x = edges.trailing_zeros() as usize;
@@ -376,7 +376,7 @@ impl<'a, T: Texel> All<'a, T> {
                     place[axis] += edge_crossing(a, b, 0.0);
                     positions[next] = voxel_grid.corner + voxel_grid.voxel_size * (first + place);
                     spans[next] = [a * unit, b * unit];
-                    *id = own.begin[0] + next as u32;
+                    *id = ranges.begin[0] + next as u32;
                     next += 1;
                 }
             }
@@ -399,7 +399,7 @@ impl<'a, T: Texel> All<'a, T> {
     /// Writes a brick's loops, as vertices on its edges.
     fn rings(&self, brick: usize, ids: &[u32], out: &mut Vec<Ring>) {
         let places = self.edge_places();
-        let first = self.own[brick].cell * self.side as i32;
+        let first = self.vertices[brick].cell * self.side as i32;
         self.cells(self.bits(brick), |[x, y, z], case| {
             let from = (z * self.points + y) * self.points + x;
             for ring in &case_loops()[case] {
@@ -428,7 +428,7 @@ impl<'a, T: Texel> All<'a, T> {
 
     /// Returns the vertex of a crossed edge at some high sides.
     fn id(&self, brick: usize, axis: usize, row: usize, x: usize, sides: usize) -> u32 {
-        let (owner, left) = self.own[brick].owner(brick, sides);
+        let (owner, left) = self.vertices[brick].owner(brick, sides);
         // What was at a high side is at the owner's low side.
         let gone = sides & !left;
         let x = if gone & 1 != 0 { 0 } else { x };
@@ -436,9 +436,9 @@ impl<'a, T: Texel> All<'a, T> {
         let z = if gone & 4 != 0 { 0 } else { row / self.points };
         let row = z * self.points + y;
         let crossed = self.crossed(self.bits(owner), axis, row);
-        let edges = self.owned(&self.own[owner], axis, row, crossed);
+        let edges = self.owned(&self.vertices[owner], axis, row, crossed);
         let before = self.before[(owner * 3 + axis) * self.rows + row];
         let below = (edges & ((1 << x) - 1)).count_ones();
-        self.own[owner].begin[0] + u32::from(before) + below
+        self.vertices[owner].begin[0] + u32::from(before) + below
     }
 }

@@ -216,13 +216,13 @@ mod tests {
                             edge(a, b)
                         };
                         let all = directed(&cases()[usize::from(case)]);
-                        let mut own: Vec<(u8, u8)> = all
+                        let mut pairs: Vec<(u8, u8)> = all
                             .keys()
                             .filter(|(a, b)| inside(*a) && inside(*b))
                             .map(|&(a, b)| (name(a), name(b)))
                             .collect();
-                        own.sort_unstable();
-                        own
+                        pairs.sort_unstable();
+                        pairs
                     };
                     let mut back: Vec<_> =
                         segments(other, 0).iter().map(|&(a, b)| (b, a)).collect();

@@ -27,13 +27,13 @@ pub(super) fn gathered(found: Vec<Vec<Ring>>, vertices: usize) -> CellLoops {
         ..CellLoops::default()
     };
     for (cell, edges) in found.into_iter().flatten() {
-        let own = rings.cells.len() as u32;
+        let cell_index = rings.cells.len() as u32;
         rings.cells.push(cell);
         let begin = rings.vertices.len() as u32;
         rings.bounds.push([begin, begin + edges.len() as u32]);
         for (vertex, place) in edges {
             rings.vertices.push(vertex);
-            rings.loops_around_edge[vertex as usize][usize::from(place)] = own;
+            rings.loops_around_edge[vertex as usize][usize::from(place)] = cell_index;
         }
     }
     rings.part();
@@ -58,16 +58,16 @@ impl CellLoops {
             .filter(|&ring| self.of(ring).len() >= SHORTEST)
             .collect();
         for &ring in &long {
-            let own = self.of(ring);
-            for (i, &from) in own.iter().enumerate() {
-                owner.insert((from, own[(i + 1) % own.len()]), ring);
+            let vertices = self.of(ring);
+            for (i, &from) in vertices.iter().enumerate() {
+                owner.insert((from, vertices[(i + 1) % vertices.len()]), ring);
             }
         }
         for &ring in &long {
-            let Some((other, own, theirs)) = self.twice_beside(ring, &owner) else {
+            let Some((other, ours, theirs)) = self.twice_beside(ring, &owner) else {
                 continue;
             };
-            self.split(ring, own);
+            self.split(ring, ours);
             self.split(other, theirs);
         }
     }
@@ -78,10 +78,10 @@ impl CellLoops {
         ring: usize,
         owner: &HashMap<(u32, u32), usize>,
     ) -> Option<(usize, [usize; 2], [usize; 2])> {
-        let own = self.of(ring);
+        let ours = self.of(ring);
         let mut seen: Vec<(usize, usize)> = Vec::new();
-        for i in 0..own.len() {
-            let (from, to) = (own[i], own[(i + 1) % own.len()]);
+        for i in 0..ours.len() {
+            let (from, to) = (ours[i], ours[(i + 1) % ours.len()]);
             let Some(&other) = owner.get(&(to, from)) else {
                 continue;
             };
@@ -91,9 +91,9 @@ impl CellLoops {
             };
             // Either may have been split since it was recorded.
             let theirs = self.of(other);
-            let at = |k: usize| theirs.iter().position(|&v| v == own[(k + 1) % own.len()]);
+            let at = |k: usize| theirs.iter().position(|&v| v == ours[(k + 1) % ours.len()]);
             let (mut a, mut b) = (at(first)?, at(i)?);
-            let goes_on = |a: usize, k: usize| theirs[(a + 1) % theirs.len()] == own[k];
+            let goes_on = |a: usize, k: usize| theirs[(a + 1) % theirs.len()] == ours[k];
             if !goes_on(a, first) || !goes_on(b, i) {
                 continue;
             }
@@ -108,9 +108,9 @@ impl CellLoops {
     /// Splits a loop after two of its positions: what is between them becomes a loop of its own.
     fn split(&mut self, ring: usize, [first, second]: [usize; 2]) {
         let [begin, end] = self.bounds[ring].map(|i| i as usize);
-        let own = &mut self.vertices[begin..end];
+        let vertices = &mut self.vertices[begin..end];
         // What is between comes last.
-        own.rotate_left(second + 1);
+        vertices.rotate_left(second + 1);
         let between = second - first;
         let cut = end - between;
         self.bounds[ring] = [begin as u32, cut as u32];

@@ -82,12 +82,12 @@ pub fn march<T: Sample>(samples: &[T], grid: &Grid, iso: f32, normals: bool) -> 
         let begin = &rows[z * n.y];
         let end = rows.get((z + 1) * n.y).unwrap_or(&total);
         let vertices = (end.first[0] - begin.first[0]) as usize;
-        let own = positions.split_at_mut(vertices);
+        let own_positions = positions.split_at_mut(vertices);
         let own_normals = normals.split_at_mut(vertices.min(normals.len()));
         let own_triangles = triangles.split_at_mut((end.triangles - begin.triangles) as usize);
-        (positions, normals, triangles) = (own.1, own_normals.1, own_triangles.1);
+        (positions, normals, triangles) = (own_positions.1, own_normals.1, own_triangles.1);
         if vertices > 0 {
-            jobs.push((z, own.0, own_normals.0, own_triangles.0));
+            jobs.push((z, own_positions.0, own_normals.0, own_triangles.0));
         }
     }
     jobs.into_par_iter()
@@ -201,9 +201,9 @@ impl<'a, T: Sample> GridField<'a, T> {
     }
 
     fn pair(row: &[u64], word: usize) -> Pair {
-        let own = row[word];
+        let current = row[word];
         let next = row.get(word + 1).copied().unwrap_or(0);
-        [own, own >> 1 | next << 63]
+        [current, current >> 1 | next << 63]
     }
 
     /// Returns the rows of cells and edges that begin at a row of points: (y, z), (y + 1, z), (y, z + 1), (y + 1, z

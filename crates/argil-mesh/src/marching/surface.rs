@@ -100,7 +100,7 @@ macro_rules! volumes {
     ($($name:ident),*) => {
         impl Surface for Volume {
             fn triangles(&self, iso: f32, with_normals: bool) -> Result<Mesh, SurfaceError> {
-                match self { $(Self::$name(own) => own.triangles(iso, with_normals),)* }
+                match self { $(Self::$name(volume) => volume.triangles(iso, with_normals),)* }
             }
         }
     };

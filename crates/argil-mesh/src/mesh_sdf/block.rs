@@ -92,12 +92,12 @@ fn spread(
     while let Some(at) = todo.pop() {
         let at = usize::from(at);
         let place = place_of(at).to_array();
-        let own = out[at];
+        let d = out[at];
         for (axis, stride) in [1, SIDE, SIDE * SIDE].into_iter().enumerate() {
             let has = [place[axis] > 0, (place[axis] as usize) < SIDE - 1];
             for (has, other) in has.into_iter().zip([at.wrapping_sub(stride), at + stride]) {
-                if has && !is_known[other] && own.abs() + out[other] > way {
-                    out[other] = out[other].copysign(own);
+                if has && !is_known[other] && d.abs() + out[other] > way {
+                    out[other] = out[other].copysign(d);
                     is_known[other] = true;
                     todo.push(other as u16);
                 }

@@ -26,23 +26,25 @@ impl Bvh {
         let (mut leaves, mut begins) = (Vec::new(), Vec::new());
         let mut todo = vec![(0usize, 0usize, corners.len())];
         while let Some((at, begin, end)) = todo.pop() {
-            let own = &mut corners[begin..end];
-            let mut node = BvhNode::of(own);
-            if own.len() <= WIDE {
+            let triangles = &mut corners[begin..end];
+            let mut node = BvhNode::of(triangles);
+            if triangles.len() <= WIDE {
                 node.is_leaf = true;
                 node.first = leaves.len() as u32;
-                leaves.push(TriangleLeaf::new(own));
+                leaves.push(TriangleLeaf::new(triangles));
                 begins.push((begin as u32, end as u32));
             } else {
-                let middles = Aabb::around(own.iter().map(|c| c[0] + c[1] + c[2]));
+                let middles = Aabb::around(triangles.iter().map(|c| c[0] + c[1] + c[2]));
                 let size = middles.size().to_array();
                 let axis = (0..3)
                     .max_by(|&a, &b| size[a].total_cmp(&size[b]))
                     .unwrap_or(0);
                 // A whole number of leaves on the left.
-                let half = (own.len() / 2).next_multiple_of(WIDE).min(own.len() - 1);
+                let half = (triangles.len() / 2)
+                    .next_multiple_of(WIDE)
+                    .min(triangles.len() - 1);
                 let key = |c: &[Vec3; 3]| c[0][axis] + c[1][axis] + c[2][axis];
-                own.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
+                triangles.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
                 let first = nodes.len();
                 node.first = first as u32;
                 nodes.extend([BvhNode::placeholder(), BvhNode::placeholder()]);

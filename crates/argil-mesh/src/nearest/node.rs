@@ -32,9 +32,9 @@ impl BvhNode {
         for corners in triangles {
             let [a, b, c] = corners.map(|p| p.as_dvec3());
             let normal = 0.5 * (b - a).cross(c - a);
-            let own = normal.length();
-            area += own;
-            middle += own * (a + b + c) / 3.0;
+            let double_area = normal.length();
+            area += double_area;
+            middle += double_area * (a + b + c) / 3.0;
             plate += normal;
         }
         let middle = (middle / area.max(f64::MIN_POSITIVE)).as_vec3();
@@ -43,9 +43,9 @@ impl BvhNode {
 
     /// Sums up points of a surface, each with a normal.
     pub(crate) fn of_points(points: &[[Vec3; 2]]) -> Self {
-        let sum = |i: usize| points.iter().map(|own| own[i]).sum::<Vec3>();
+        let sum = |i: usize| points.iter().map(|point| point[i]).sum::<Vec3>();
         let middle = sum(0) / points.len().max(1) as f32;
-        Self::around(points.iter().map(|own| own[0]), middle, sum(1))
+        Self::around(points.iter().map(|point| point[0]), middle, sum(1))
     }
 
     fn around(points: impl Iterator<Item = Vec3> + Clone, middle: Vec3, plate: Vec3) -> Self {

@@ -70,9 +70,9 @@ impl WideNode {
                     .max(p[axis] - self.high[axis][lane])
                     .max(0.0);
                 of_box += gap * gap;
-                let own = p[axis] - self.middle[axis][lane];
-                along += own * self.normal[axis][lane];
-                way += own * own;
+                let offset = p[axis] - self.middle[axis][lane];
+                along += offset * self.normal[axis][lane];
+                way += offset * offset;
             }
             let above = (along - self.along[1][lane])
                 .max(self.along[0][lane] - along)
@@ -159,9 +159,9 @@ impl<'a, L: Leaf> NearestSearch<'a, L> {
                 continue;
             }
             if child & LEAF != 0 {
-                let own = self.tree.leaves[(child & !LEAF) as usize].square(p);
-                if own < best {
-                    (best, self.nearest) = (own, child & !LEAF);
+                let squared = self.tree.leaves[(child & !LEAF) as usize].square(p);
+                if squared < best {
+                    (best, self.nearest) = (squared, child & !LEAF);
                 }
                 continue;
             }

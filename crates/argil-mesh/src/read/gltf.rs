@@ -43,16 +43,16 @@ fn parts(bytes: &[u8]) -> Result<Parts<'_>, ReadFault> {
     let mut at = 12;
     while at + 8 <= bytes.len() && (json.is_none() || chunk.is_none()) {
         let (length, kind) = (word(at)? as usize, word(at + 4)?);
-        let own = bytes.get(at + 8..).and_then(|rest| rest.get(..length));
-        let own = own.ok_or_else(|| {
+        let content = bytes.get(at + 8..).and_then(|rest| rest.get(..length));
+        let content = content.ok_or_else(|| {
             format!(
                 "it is truncated: a chunk of {length} bytes begins at byte {at} of {}",
                 bytes.len()
             )
         })?;
         match &kind.to_le_bytes() {
-            b"JSON" => json = Some(own),
-            b"BIN\0" => chunk = Some(own),
+            b"JSON" => json = Some(content),
+            b"BIN\0" => chunk = Some(content),
             _ => {}
         }
         at += 8 + length;
@@ -74,7 +74,7 @@ fn root<'a>(parts: &Parts<'a>) -> Result<Root<'a>, ReadFault> {
     let version = head
         .asset
         .version
-        .map_or("2.0", |own| own.get().trim_matches('"'));
+        .map_or("2.0", |quoted| quoted.get().trim_matches('"'));
     if !version.starts_with("2.") && version != "2" {
         return Err(other_version(version));
     }
@@ -93,8 +93,8 @@ pub(super) fn files(bytes: &[u8]) -> Result<Vec<String>, ReadFault> {
     let root = root(&parts)?;
     let mut names = Vec::new();
     for index in 0..root.buffers.len() {
-        let own: BufferJson = element(&root.buffers, index, "buffer")?;
-        names.extend(own.uri.filter(|uri| !uri.starts_with("data:")));
+        let buffer: BufferJson = element(&root.buffers, index, "buffer")?;
+        names.extend(buffer.uri.filter(|uri| !uri.starts_with("data:")));
     }
     names.sort_unstable();
     names.dedup();

@@ -99,32 +99,35 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeshFile, ReadFault> {
     let mut file = MeshFile::default();
     let mut faces = Lists::new();
     let mut strips = Lists::new();
-    for own in &header.elements {
+    for announced in &header.elements {
         // Each element takes at least one byte.
-        if !own.properties.is_empty() && own.count > bytes.len() {
+        if !announced.properties.is_empty() && announced.count > bytes.len() {
             return Err(ReadFault::Damaged(format!(
                 "{} times \"{}\" are announced, and the file has {} bytes",
-                own.count,
-                own.name,
+                announced.count,
+                announced.name,
                 bytes.len()
             )));
         }
         let is_corners = |p: &Property| meaning(p) == Meaning::Corners;
-        if own.name == "face" && own.count > 0 && !own.properties.iter().any(is_corners) {
+        if announced.name == "face"
+            && announced.count > 0
+            && !announced.properties.iter().any(is_corners)
+        {
             let reason = "its faces have no list of corners named \"vertex_indices\" or \"vertex_index\": rename theirs";
             return Err(ReadFault::Unsupported(reason.into()));
         }
         let mut other = Lists::new();
-        let (lists, is_read) = match &own.name[..] {
+        let (lists, is_read) = match &announced.name[..] {
             "face" => (&mut faces, true),
             "tristrips" => (&mut strips, true),
             "vertex" => (&mut other, true),
             _ => (&mut other, false),
         };
-        element(own, &mut values, &mut file.mesh.positions, lists)?;
+        element(announced, &mut values, &mut file.mesh.positions, lists)?;
         let has_corners = |p: &Property| is_corners(p) || p.name == "vertex1";
-        if !is_read && own.count > 0 && own.properties.iter().any(has_corners) {
-            let (count, name) = (own.count, &own.name);
+        if !is_read && announced.count > 0 && announced.properties.iter().any(has_corners) {
+            let (count, name) = (announced.count, &announced.name);
             file.warnings.push(format!(
                 "left out {count} of its \"{name}\": only faces and strips are read"
             ));

@@ -94,10 +94,10 @@ impl Polygons {
         self.cut.clear();
         let fan = |cut: &mut Vec<u32>| cut.extend((2..count).flat_map(|i| [0, i - 1, i]));
         let first = places.first().copied().unwrap_or_default().as_dvec3();
-        let own: Vec<DVec3> = places.iter().map(|p| p.as_dvec3() - first).collect();
-        let next = |i: usize| own[(i + 1) % own.len()];
-        let area: DVec3 = (0..own.len()).map(|i| own[i].cross(next(i))).sum();
-        let size = own.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let corners: Vec<DVec3> = places.iter().map(|p| p.as_dvec3() - first).collect();
+        let next = |i: usize| corners[(i + 1) % corners.len()];
+        let area: DVec3 = (0..corners.len()).map(|i| corners[i].cross(next(i))).sum();
+        let size = corners.iter().map(|p| p.length()).fold(0.0, f64::max);
         // A vertex that is not finite, or opposite loops of one area.
         let Some(normal) = area
             .try_normalize()
@@ -109,7 +109,7 @@ impl Polygons {
             }
             return Ok(());
         };
-        let height = own.iter().map(|p| p.dot(normal));
+        let height = corners.iter().map(|p| p.dot(normal));
         let (low, high) = height.fold((0f64, 0f64), |(low, high), h| (low.min(h), high.max(h)));
         if high - low > FLATNESS * size {
             self.uneven.add(place);
@@ -118,18 +118,18 @@ impl Polygons {
         let y = normal.cross(x);
         self.flat.clear();
         self.flat
-            .extend(own.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
+            .extend(corners.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))));
         if is_convex(&self.flat) {
             fan(&mut self.cut);
             return Ok(());
         }
-        self.corners += own.len() as u64;
-        self.work = self.work.saturating_add((own.len() as u64).pow(2));
+        self.corners += corners.len() as u64;
+        self.work = self.work.saturating_add((corners.len() as u64).pow(2));
         let (each, per_corner) = MAX_WORK;
         if self.work > each + per_corner * self.corners {
             return Err(ReadFault::TooLarge(format!(
                 "its concave polygons have too many corners to be cut, the last one {}: cut it into triangles",
-                own.len()
+                corners.len()
             )));
         }
         let ears = self.ears.get_or_insert_default();

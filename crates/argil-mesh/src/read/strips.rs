@@ -3,9 +3,9 @@
 /// Iterates over the triangles of a strip. Every other one is reversed.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let all = corners.windows(3).enumerate();
-    all.map(|(index, own)| match index % 2 {
-        0 => [own[0], own[1], own[2]],
-        _ => [own[1], own[0], own[2]],
+    all.map(|(index, window)| match index % 2 {
+        0 => [window[0], window[1], window[2]],
+        _ => [window[1], window[0], window[2]],
     })
 }
 

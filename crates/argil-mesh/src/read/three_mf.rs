@@ -99,8 +99,8 @@ fn roots(model: &Model) -> Vec<Placement> {
     let parts = model.objects.values().flat_map(|object| &object.components);
     let parts: BTreeSet<u32> = parts.map(|part| part.object).collect();
     let has_shape = |id: &u32| {
-        let own = &model.objects[id];
-        !own.triangles.is_empty() || !own.components.is_empty() || !own.left_out.is_empty()
+        let shape = &model.objects[id];
+        !shape.triangles.is_empty() || !shape.components.is_empty() || !shape.left_out.is_empty()
     };
     let ids = model.objects.keys().filter(|id| !parts.contains(id));
     let mut ids: Vec<u32> = ids.filter(|id| has_shape(id)).copied().collect();

@@ -184,14 +184,14 @@ fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
         groups.insert(finish(&PLAIN), mesh.triangles.clone());
         return groups;
     }
-    let mut own: Vec<Finish> = mesh.materials.iter().map(finish).collect();
+    let mut finishes_of_vertices: Vec<Finish> = mesh.materials.iter().map(finish).collect();
     let mut counts: HashMap<Finish, usize> = HashMap::new();
-    for finish in &own {
+    for finish in &finishes_of_vertices {
         *counts.entry(*finish).or_default() += 1;
     }
     let mut common: Vec<(usize, Finish)> = counts.iter().map(|(&f, &n)| (n, f)).collect();
     common.sort_unstable_by(|a, b| b.cmp(a));
-    let enough = own.len() / 100;
+    let enough = finishes_of_vertices.len() / 100;
     let kept = common.iter().take_while(|(n, _)| *n > enough).count();
     common.truncate(kept.clamp(1, MAX_FINISHES));
     let nearest = |finish: &Finish| {
@@ -203,12 +203,12 @@ fn groups(mesh: &Mesh) -> BTreeMap<Finish, Vec<[u32; 3]>> {
         best.map_or(*finish, |(_, other)| *other)
     };
     let snapped: HashMap<Finish, Finish> = counts.keys().map(|f| (*f, nearest(f))).collect();
-    for finish in &mut own {
+    for finish in &mut finishes_of_vertices {
         *finish = snapped[finish];
     }
     for &triangle in &mesh.triangles {
         // The one of two vertices, else the middle one.
-        let mut finishes = triangle.map(|i| own[i as usize]);
+        let mut finishes = triangle.map(|i| finishes_of_vertices[i as usize]);
         finishes.sort_unstable();
         groups.entry(finishes[1]).or_default().push(triangle);
     }

@@ -86,7 +86,7 @@ impl DistanceSource for LitRays<'_> {
             let mut found = [None; LANES];
             let of = lanes
                 .each_ref()
-                .map(|own| own.each_ref().map(|own| &own[..n]));
+                .map(|group| group.each_ref().map(|lane| &lane[..n]));
             self.rays.materials(of, palette, &mut found[..n]);
             for (lane, found) in found[..n].iter().enumerate() {
                 let i = wanted[first + lane];
@@ -103,9 +103,9 @@ impl DistanceSource for LitRays<'_> {
     }
 
     fn measure(&self, points: &mut Points) {
-        let Points { x, y, z, d, own } = points;
+        let Points { x, y, z, d, source } = points;
         d.resize(x.len(), 0.0);
-        let lanes: &mut EstimateLanes = own.of();
+        let lanes: &mut EstimateLanes = source.of();
         for first in (0..x.len()).step_by(LANES) {
             let r = first..(first + LANES).min(x.len());
             let p = [&x[r.clone()], &y[r.clone()], &z[r.clone()]];

@@ -271,8 +271,8 @@ pub(crate) fn normals<T: Texel>(
             let goes_up = f >= 0.5;
             let outer = if goes_up { next - far } else { near - next };
             let share = (f - 0.5).abs() * beyond.is_there[axis][i];
-            let own = far - near;
-            own + (outer - own) * share
+            let inner = far - near;
+            inner + (outer - inner) * share
         };
         let side = lanes.side[i];
         let nx = change(

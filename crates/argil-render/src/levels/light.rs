@@ -57,10 +57,10 @@ impl DistanceSource for LevelRays<'_> {
             let place = (self.eye, LIGHT_VOXELS * self.size);
             let out = &mut d[r];
             let count = out.len();
-            let own = (&mut lanes, &mut asked);
+            let scratch = (&mut lanes, &mut asked);
             match &self.sampler {
-                FormatSampler::Eight(s) => estimates_i8(s, place, p, own, out),
-                FormatSampler::Sixteen(s) => estimates_i16(s, place, p, own, out),
+                FormatSampler::Eight(s) => estimates_i8(s, place, p, scratch, out),
+                FormatSampler::Sixteen(s) => estimates_i16(s, place, p, scratch, out),
             }
             used[..count].copy_from_slice(&lanes.at.index[..count]);
             self.levels().note(&used[..count], &asked);

@@ -161,11 +161,11 @@ impl ConeDistances for LevelCones<'_, '_> {
 
     fn clearances(&mut self, points: [&[f32]; 3], t: &[f32], out: &mut [f32], voxel: &mut [f32]) {
         let Self { rays, lanes, notes } = self;
-        let own = (&mut **lanes, &mut **notes);
+        let scratch = (&mut **lanes, &mut **notes);
         let place = (rays.eye, CONE_VOXELS * rays.size);
         match &rays.sampler {
-            FormatSampler::Eight(s) => clearances_i8(s, place, points, t, own, out),
-            FormatSampler::Sixteen(s) => clearances_i16(s, place, points, t, own, out),
+            FormatSampler::Eight(s) => clearances_i8(s, place, points, t, scratch, out),
+            FormatSampler::Sixteen(s) => clearances_i16(s, place, points, t, scratch, out),
         }
         voxel.copy_from_slice(&self.lanes.voxel[..t.len()]);
     }

@@ -82,7 +82,7 @@ pub(super) fn gather(
     let whole = 1.0 + AROUND as f32 * COSINE;
     for (i, (sum, open)) in sums.into_iter().enumerate() {
         sky[i] = open / whole;
-        let own = sum.try_normalize().unwrap_or(surfaces.normal(i));
-        (bent[0][i], bent[1][i], bent[2][i]) = own.into();
+        let bent_normal = sum.try_normalize().unwrap_or(surfaces.normal(i));
+        (bent[0][i], bent[1][i], bent[2][i]) = bent_normal.into();
     }
 }

@@ -27,8 +27,8 @@ const ENDLESS: f32 = 1e6;
 /// Returns a number from 0 to 1 that differs between neighboring pixels and samples.
 pub(super) fn noise([x, y]: [f32; 2]) -> f32 {
     let (column, row) = (x.floor(), y.floor());
-    let own = 52.982_918 * (0.067_110_56 * column + 0.005_837_15 * row).fract();
-    (own.fract() + (x - column) + 0.37 * (y - row)).fract()
+    let noise_of_pixel = 52.982_918 * (0.067_110_56 * column + 0.005_837_15 * row).fract();
+    (noise_of_pixel.fract() + (x - column) + 0.37 * (y - row)).fract()
 }
 
 /// Returns the sky's light at a place in fog: the mean over all directions, as far as the way up is free.
@@ -44,10 +44,10 @@ fn sky_light(frame: &FrameUniform) -> LampLight {
 
 /// Returns the share of the sky's light that comes through the fog above a point. Light that is scattered again and again is lost
 /// more slowly than light from one direction (diffusion: Ishimaru, "Wave propagation and scattering in random media", 1978).
-fn sky_passed(own: &Fog, p: Vec3, far: f32) -> Vec3 {
-    let depth = fog::depth(own, p, Vec3::Y, far);
-    Vec3::from(own.albedo).map(|albedo| {
-        let rate = (3.0 * (1.0 - albedo) * (1.0 - albedo * own.anisotropy)).max(0.0);
+fn sky_passed(medium: &Fog, p: Vec3, far: f32) -> Vec3 {
+    let depth = fog::depth(medium, p, Vec3::Y, far);
+    Vec3::from(medium.albedo).map(|albedo| {
+        let rate = (3.0 * (1.0 - albedo) * (1.0 - albedo * medium.anisotropy)).max(0.0);
         (-rate.sqrt() * depth).exp()
     })
 }
@@ -70,7 +70,7 @@ pub(super) fn gather(
     rays: &mut LampRays,
     out: &mut Vec<Vec4>,
 ) {
-    let own = fog_of(frame);
+    let medium = fog_of(frame);
     let eye = Vec3::from(frame.eye);
     out.clear();
     let reach = |i: usize| {
@@ -78,7 +78,7 @@ pub(super) fn gather(
         if is_sky { ENDLESS } else { samples.length[i] }
     };
     let depths: Vec<f32> = (0..samples.len())
-        .map(|i| fog::depth(&own, eye, samples.ray(i), reach(i)))
+        .map(|i| fog::depth(&medium, eye, samples.ray(i), reach(i)))
         .collect();
     out.extend(
         depths
@@ -92,7 +92,7 @@ pub(super) fn gather(
         let place = |i: usize| {
             let share = (index as f32 + noise(samples.image_place(i))) / abi::FOG_PLACES as f32;
             let depth = -(1.0 - share * (1.0 - out_share(depths[i]))).ln();
-            let length = fog::length_of(&own, eye, samples.ray(i), depth);
+            let length = fog::length_of(&medium, eye, samples.ray(i), depth);
             length.map_or(reach(i), |length| length.min(reach(i)))
         };
         lengths.clear();
@@ -112,9 +112,9 @@ pub(super) fn gather(
             for (i, &share) in rays.shares.iter().enumerate() {
                 let lamp = lamp_of(at(i));
                 let factor = if is_sky {
-                    sky_passed(&own, at(i), frame.far)
+                    sky_passed(&medium, at(i), frame.far)
                 } else {
-                    let phase = fog::phase(own.anisotropy, samples.ray(i).dot(lamp.direction));
+                    let phase = fog::phase(medium.anisotropy, samples.ray(i).dot(lamp.direction));
                     Vec3::splat(phase * passed(frame, at(i), lamp.direction, lamp.distance))
                 };
                 out[i] += (lamp.light * factor * share).extend(0.0);
@@ -126,10 +126,10 @@ pub(super) fn gather(
             add(&|p| lamp_at(rows, p), false);
         }
     }
-    for own in out.iter_mut() {
-        let light = own.truncate() / abi::FOG_PLACES as f32;
-        let scattered = light * Vec3::from(frame.fog_albedo) * (1.0 - own.w);
-        *own = scattered.extend(own.w);
+    for color in out.iter_mut() {
+        let light = color.truncate() / abi::FOG_PLACES as f32;
+        let scattered = light * Vec3::from(frame.fog_albedo) * (1.0 - color.w);
+        *color = scattered.extend(color.w);
     }
 }
 

@@ -97,14 +97,14 @@ impl LampRays {
                 }
                 source.measure(points);
                 for (ray, &d) in rays.iter_mut().zip(&points.d) {
-                    let own = if d < far {
+                    let open = if d < far {
                         (ray.sharpness * d / ray.t.max(frame.epsilon)).clamp(0.0, 1.0)
                     } else {
                         1.0
                     };
-                    ray.share = ray.share.min(own);
+                    ray.share = ray.share.min(open);
                     ray.t += (d * frame.inv_lipschitz).max(ray.min_step);
-                    if own <= DARK {
+                    if open <= DARK {
                         ray.end = -1.0;
                     }
                 }

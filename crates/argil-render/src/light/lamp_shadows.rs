@@ -84,8 +84,9 @@ impl LampShadows {
         self.shares.clear();
         self.shares.extend((0..surfaces.len()).map(|i| {
             let n = surfaces.normal(i);
-            let own = lamp_above(rows, surfaces.point(i), n);
-            let shines = own.light.max_element() > 0.0 && n.dot(own.direction) > 0.0;
+            let light_above = lamp_above(rows, surfaces.point(i), n);
+            let shines =
+                light_above.light.max_element() > 0.0 && n.dot(light_above.direction) > 0.0;
             if shines { UNKNOWN } else { 0.0 }
         }));
         self.free.clear();
@@ -344,10 +345,10 @@ impl LampShadows {
         let shared = std::mem::take(&mut self.seen);
         self.begin(self.open.len());
         let (lift, step) = (source.lift(frame), source.min_step(frame));
-        for (patch, &own) in self.patches.iter().zip(&shared) {
+        for (patch, &shadow) in self.patches.iter().zip(&shared) {
             for at in patch.members.clone() {
-                self.seen[at] = own;
-                if own.least.abs() >= 1.0 {
+                self.seen[at] = shadow;
+                if shadow.least.abs() >= 1.0 {
                     continue;
                 }
                 let i = self.open[at] as usize;
@@ -367,11 +368,11 @@ impl LampShadows {
             }
         }
         self.rays.march(&mut self.seen, frame, source, points);
-        for ((&i, own), sums) in self.open.iter().zip(&self.seen).zip(&mut self.sums) {
+        for ((&i, shadow), sums) in self.open.iter().zip(&self.seen).zip(&mut self.sums) {
             let p = surfaces.point(i as usize);
             let target = lamp.seen_from(p, frame).point(index, place(i));
             let weight = weight(lamp, target - p, surfaces.normal(i as usize));
-            sums[0] += weight * covered(own.least);
+            sums[0] += weight * covered(shadow.least);
             sums[1] += weight;
         }
     }
@@ -380,8 +381,8 @@ impl LampShadows {
     fn free_of(&self, patch: &Patch) -> [f32; 2] {
         let members = self.open[patch.members.clone()].iter();
         let free = members.map(|&i| self.free[i as usize]);
-        free.fold([1.0, 0.0], |all, own| {
-            [all[0].min(own[0]), all[1].max(own[1])]
+        free.fold([1.0, 0.0], |all, range| {
+            [all[0].min(range[0]), all[1].max(range[1])]
         })
     }
 

@@ -88,8 +88,8 @@ fn sphere_above(n: Vec3, direction: Vec3, size: f32) -> (Vec3, f32) {
     if size < 1e-3 {
         // A flat disc.
         let t = cosine / sine;
-        let own = t * (0.5 * PI + t.asin()) + (1.0 - t * t).sqrt() * (2.0 + t * t) / 3.0;
-        return (toward, sine * own.max(0.0) / PI / facing);
+        let integral = t * (0.5 * PI + t.asin()) + (1.0 - t * t).sqrt() * (2.0 + t * t) / 3.0;
+        return (toward, sine * integral.max(0.0) / PI / facing);
     }
     let side = (1.0 - cosine * cosine).max(1e-12).sqrt();
     let x = (1.0 / size - 1.0).max(1e-12).sqrt();

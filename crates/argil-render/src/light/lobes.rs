@@ -36,12 +36,12 @@ fn let_through(roughness: f32, from: f32, to: f32) -> f32 {
     let gloss = 1.0 - roughness;
     let level = 0.95 + 0.036 * roughness * roughness;
     let rim = 0.065 + 1.09 * (gloss * gloss * gloss);
-    let own = |cosine: f32| {
+    let albedo = |cosine: f32| {
         let m = high(1.0 - cosine, 0.0);
         let m2 = m * m;
         level - rim * (m2 * m2)
     };
-    high(own(from), 0.0) * high(own(to), 0.0) / (0.907 + 0.078 * roughness)
+    high(albedo(from), 0.0) * high(albedo(to), 0.0) / (0.907 + 0.078 * roughness)
 }
 
 /// Returns Schlick's Fresnel term. The rim of a rough surface is darker.

@@ -96,10 +96,10 @@ impl MoreLight {
         colors: &mut [[f32; N]; 3],
     ) {
         if let Some(lamps) = self.lamps.get(first..first + n) {
-            for (i, own) in lamps.iter().enumerate() {
-                let own = *own * (1.0 - hidden[i]);
-                for (lanes, own) in colors.iter_mut().zip(own.to_array()) {
-                    lanes[i] += own;
+            for (i, lamp_light) in lamps.iter().enumerate() {
+                let lamp_light = *lamp_light * (1.0 - hidden[i]);
+                for (lanes, channel) in colors.iter_mut().zip(lamp_light.to_array()) {
+                    lanes[i] += channel;
                 }
             }
         }
@@ -120,9 +120,9 @@ impl MoreLight {
 }
 
 fn add<const N: usize>(light: &[Vec3], first: usize, n: usize, colors: &mut [[f32; N]; 3]) {
-    for (i, own) in light.iter().skip(first).take(n).enumerate() {
-        for (lanes, own) in colors.iter_mut().zip(own.to_array()) {
-            lanes[i] += own;
+    for (i, color) in light.iter().skip(first).take(n).enumerate() {
+        for (lanes, channel) in colors.iter_mut().zip(color.to_array()) {
+            lanes[i] += channel;
         }
     }
 }
@@ -131,9 +131,9 @@ fn mix_fog<const N: usize>(fog: &[Vec4], first: usize, n: usize, colors: &mut [[
     let Some(fog) = fog.get(first..first + n) else {
         return;
     };
-    for (i, own) in fog.iter().enumerate() {
+    for (i, fog_light) in fog.iter().enumerate() {
         let behind = vec3(colors[0][i], colors[1][i], colors[2][i]);
-        let color = behind * own.w + own.truncate();
+        let color = behind * fog_light.w + fog_light.truncate();
         (colors[0][i], colors[1][i], colors[2][i]) = color.into();
     }
 }

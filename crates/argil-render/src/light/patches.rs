@@ -57,19 +57,21 @@ pub(super) fn patch_of(
 ) -> Option<Patch> {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (mut normal, mut length) = (Vec3::ZERO, f32::INFINITY);
-    let own = list.get(members.clone()).filter(|own| !own.is_empty())?;
-    for &i in own {
+    let indices = list
+        .get(members.clone())
+        .filter(|indices| !indices.is_empty())?;
+    for &i in indices {
         let p = surfaces.point(i as usize);
         (low, high) = (low.min(p), high.max(p));
         normal += surfaces.normal(i as usize);
         length = length.min(surfaces.length[i as usize]);
     }
     let (center, radius) = (0.5 * (low + high), 0.500_1 * low.distance(high));
-    let mean = normal / own.len() as f32;
+    let mean = normal / indices.len() as f32;
     let is_even = mean.length_squared() > 0.95;
     let normal = mean.normalize_or(Vec3::Y);
     let away = |&i: &u32| (surfaces.point(i as usize) - center).dot(normal).abs();
-    let spread = own.iter().map(away).fold(0.0, f32::max);
+    let spread = indices.iter().map(away).fold(0.0, f32::max);
     Some(Patch {
         members,
         center,

@@ -78,8 +78,8 @@ pub(crate) fn add_colors(frame: &FrameUniform, light: &Light, out: &mut [[f32; 4
         for i in 0..n {
             let kind = surfaces.kind[first + i];
             let covered = if kind == abi::HIT_GROUND { 0.0 } else { 1.0 };
-            let own = [colors[0][i], colors[1][i], colors[2][i], covered];
-            add(frame, own, &mut out[surfaces.pixel[first + i] as usize]);
+            let color = [colors[0][i], colors[1][i], colors[2][i], covered];
+            add(frame, color, &mut out[surfaces.pixel[first + i] as usize]);
         }
     }
     let missed = &light.sky_samples;
@@ -90,16 +90,16 @@ pub(crate) fn add_colors(frame: &FrameUniform, light: &Light, out: &mut [[f32; 4
         light.more.add_to_sky(first, n, &mut colors);
         toned(frame, &mut colors);
         for i in 0..n {
-            let own = [colors[0][i], colors[1][i], colors[2][i], 0.0];
-            add(frame, own, &mut out[missed.pixel[first + i] as usize]);
+            let color = [colors[0][i], colors[1][i], colors[2][i], 0.0];
+            add(frame, color, &mut out[missed.pixel[first + i] as usize]);
         }
     }
 }
 
 #[inline]
-fn add(frame: &FrameUniform, own: [f32; 4], out: &mut [f32; 4]) {
-    for (out, own) in out.iter_mut().zip(own) {
-        *out += own * frame.sample_weight;
+fn add(frame: &FrameUniform, color: [f32; 4], out: &mut [f32; 4]) {
+    for (out, channel) in out.iter_mut().zip(color) {
+        *out += channel * frame.sample_weight;
     }
 }
 
@@ -210,30 +210,30 @@ fn toned(frame: &FrameUniform, colors: &mut [[f32; LANES]; 3]) {
 
 /// Returns the light that a surface sends toward the viewer.
 #[inline(always)]
-fn surface(frame: &FrameUniform, own: &Lane) -> Vec3 {
-    let (n, direction, roughness) = (own.normal, own.view, own.roughness);
+fn surface(frame: &FrameUniform, lane: &Lane) -> Vec3 {
+    let (n, direction, roughness) = (lane.normal, lane.view, lane.roughness);
     let (view, sun) = (-direction, Vec3::from_array(frame.sun));
     let facing = high(n.dot(view), 1e-3);
-    let body = own.base * (1.0 - own.metallic);
-    let mirror = mix(Vec3::splat(0.04), own.base, own.metallic);
+    let body = lane.base * (1.0 - lane.metallic);
+    let mirror = mix(Vec3::splat(0.04), lane.base, lane.metallic);
 
     // The sun.
-    let light = Vec3::from_array(frame.sun_light) * (own.sun * std::f32::consts::FRAC_PI_2);
+    let light = Vec3::from_array(frame.sun_light) * (lane.sun * std::f32::consts::FRAC_PI_2);
     let direct = reflected_from(n, view, sun, (body, mirror, roughness)) * light;
 
     // The sky: its mean over the normal's half space for the body, and along the reflection for the mirror.
     let [zenith, horizon, nadir] = [frame.zenith, frame.horizon, frame.nadir].map(Vec3::from_array);
-    let around = mix(nadir, mix(zenith, horizon, 0.5), 0.5 + 0.5 * own.open.y);
+    let around = mix(nadir, mix(zenith, horizon, 0.5), 0.5 + 0.5 * lane.open.y);
     let reflected = direction - n * (2.0 * direction.dot(n));
     let gloss = 1.0 - roughness;
     let environment = mix(around, sky(frame, reflected), gloss * gloss);
     let rim = schlick(mirror, facing, gloss);
-    let ambient = (body * around * 0.9 + rim * environment) * own.sky;
+    let ambient = (body * around * 0.9 + rim * environment) * lane.sky;
 
     // Light reflected from below.
-    let bounce = body * (nadir * BOUNCE) * ((0.5 - 0.5 * own.open.y) * own.sky);
-    let color = direct + ambient + bounce + own.emission;
-    mix(color, sky(frame, direction), own.haze)
+    let bounce = body * (nadir * BOUNCE) * ((0.5 - 0.5 * lane.open.y) * lane.sky);
+    let color = direct + ambient + bounce + lane.emission;
+    mix(color, sky(frame, direction), lane.haze)
 }
 
 /// Up to this height, the sky leaves the color of the horizon gradually, so that the horizon is no line.
@@ -268,6 +268,6 @@ pub(crate) fn sky(frame: &FrameUniform, direction: Vec3) -> Vec3 {
 
 #[inline(always)]
 fn select(which: bool, a: Vec3, b: Vec3) -> Vec3 {
-    let own = |a: f32, b: f32| if which { a } else { b };
-    vec3(own(a.x, b.x), own(a.y, b.y), own(a.z, b.z))
+    let choose = |a: f32, b: f32| if which { a } else { b };
+    vec3(choose(a.x, b.x), choose(a.y, b.y), choose(a.z, b.z))
 }

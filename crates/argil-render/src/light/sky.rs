@@ -98,12 +98,12 @@ impl SkyScratch {
             };
             self.measure_middles(frame, &tap, source, points);
             self.measure_corners(&tap, source, points);
-            for own in &self.shared {
-                let range = self.groups[own.group as usize].surfaces.clone();
+            for distance in &self.shared {
+                let range = self.groups[distance.group as usize].surfaces.clone();
                 add_shared(
                     frame,
                     &tap,
-                    own,
+                    distance,
                     surfaces.lanes(range.clone()),
                     &mut out[range],
                 );
@@ -169,20 +169,20 @@ impl SkyScratch {
         let mut measured = points.d.iter();
         for (k, group) in self.groups.iter_mut().enumerate() {
             let d = if group.is_free { None } else { measured.next() };
-            let mut own = LinearDistance {
+            let mut distance = LinearDistance {
                 group: k as u32,
                 middle: group.point + group.normal * tap.height,
                 radius: group.spread[0] + group.spread[1] * tap.height,
                 d: d.copied().unwrap_or(f32::INFINITY),
                 gradient: Vec3::ZERO,
             };
-            let free = own.d - own.radius / frame.inv_lipschitz;
+            let free = distance.d - distance.radius / frame.inv_lipschitz;
             group.is_free = free >= tap.height / frame.inv_lipschitz;
             if free >= tap.height {
-                own.d = f32::INFINITY;
-                self.shared.push(own);
-            } else if own.radius <= WIDEST * tap.height && own.d < tap.far {
-                self.candidates.push(own);
+                distance.d = f32::INFINITY;
+                self.shared.push(distance);
+            } else if distance.radius <= WIDEST * tap.height && distance.d < tap.far {
+                self.candidates.push(distance);
             } else {
                 self.alone.extend(group.surfaces.clone().map(|i| i as u32));
             }
@@ -197,21 +197,24 @@ impl SkyScratch {
         points: &mut Points,
     ) {
         points.clear();
-        for own in &self.candidates {
+        for candidate in &self.candidates {
             CORNERS
                 .iter()
-                .for_each(|corner| points.push(own.middle + own.radius * *corner));
+                .for_each(|corner| points.push(candidate.middle + candidate.radius * *corner));
         }
         source.measure(points);
-        for (own, around) in self.candidates.drain(..).zip(points.d.as_chunks::<4>().0) {
+        for (candidate, around) in self.candidates.drain(..).zip(points.d.as_chunks::<4>().0) {
             let mean = 0.25 * around.iter().sum::<f32>();
-            let is_linear = tap.weight * (mean - own.d).abs() <= LINEAR * tap.height;
+            let is_linear = tap.weight * (mean - candidate.d).abs() <= LINEAR * tap.height;
             if is_linear && around.iter().all(|&d| d < tap.far) {
                 let slope = CORNERS.iter().zip(around).map(|(corner, &d)| *corner * d);
-                let gradient = slope.sum::<Vec3>() * (0.75 / own.radius.max(1e-30));
-                self.shared.push(LinearDistance { gradient, ..own });
+                let gradient = slope.sum::<Vec3>() * (0.75 / candidate.radius.max(1e-30));
+                self.shared.push(LinearDistance {
+                    gradient,
+                    ..candidate
+                });
             } else {
-                let group = &self.groups[own.group as usize];
+                let group = &self.groups[candidate.group as usize];
                 self.alone.extend(group.surfaces.clone().map(|i| i as u32));
             }
         }
@@ -246,7 +249,7 @@ impl Group {
 fn add_shared(
     frame: &FrameUniform,
     tap: &Tap,
-    own: &LinearDistance,
+    distance: &LinearDistance,
     [px, py, pz, nx, ny, nz]: [&[f32]; 6],
     out: &mut [f32],
 ) {
@@ -254,7 +257,7 @@ fn add_shared(
     let (px, py, pz, nx, ny, nz) = (&px[..n], &py[..n], &pz[..n], &nx[..n], &ny[..n], &nz[..n]);
     for i in 0..n {
         let (p, n) = (vec3(px[i], py[i], pz[i]), vec3(nx[i], ny[i], nz[i]));
-        let d = own.d + own.gradient.dot(p + n * tap.height - own.middle);
+        let d = distance.d + distance.gradient.dot(p + n * tap.height - distance.middle);
         out[i] += tap.closed(frame, (p, n, tap.height), d);
     }
 }

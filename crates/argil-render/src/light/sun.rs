@@ -425,13 +425,13 @@ fn step_rays(
     let mut ended = 0u32;
     for i in 0..n {
         let along = if t[i] > epsilon { t[i] } else { epsilon };
-        let own = SHARPNESS * d[i] / along;
-        let own = if own > 0.0 { own } else { 0.0 };
-        let own = if own < 1.0 && d[i] < far { own } else { 1.0 };
+        let open = SHARPNESS * d[i] / along;
+        let open = if open > 0.0 { open } else { 0.0 };
+        let open = if open < 1.0 && d[i] < far { open } else { 1.0 };
         // A ray in a gap has ended, and its share stands.
         let goes = t[i] < end[i];
-        let least = if own < share[i] && goes {
-            own
+        let least = if open < share[i] && goes {
+            open
         } else {
             share[i]
         };
@@ -439,7 +439,7 @@ fn step_rays(
         let way = d[i] * scale;
         let next = t[i] + if way > min_step[i] { way } else { min_step[i] };
         let next = if next > due { next } else { due };
-        let is_dark = own <= DARK;
+        let is_dark = open <= DARK;
         t[i] = next;
         end[i] = if is_dark && goes { -1.0 } else { end[i] };
         ended += u32::from(t[i] >= end[i]);

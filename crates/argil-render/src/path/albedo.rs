@@ -65,8 +65,8 @@ impl AlbedoTables {
         let (row, up) = between(to_roughness(alpha));
         let (column, right) = between(cosine);
         let at = |row: usize| {
-            let own = &self.of[SIDE * row + column..];
-            own[0].lerp(own[1], right)
+            let entries = &self.of[SIDE * row + column..];
+            entries[0].lerp(entries[1], right)
         };
         [
             at(row).lerp(at(row + 1), up),

@@ -55,8 +55,8 @@ impl Bsdf {
         from.z = from.z.max(1e-3);
         let from = from.normalize();
 
-        let [own, mean] = ALBEDO.shares(facets.alpha, from.z);
-        let [lost, lost_mean] = [own, mean].map(|shares| 1.0 - shares.element_sum());
+        let [of_angle, mean] = ALBEDO.shares(facets.alpha, from.z);
+        let [lost, lost_mean] = [of_angle, mean].map(|shares| 1.0 - shares.element_sum());
         let again = |mirror: Vec3| {
             let mean_mirror = (20.0 * mirror + 1.0) / 21.0;
             mean_mirror * mean_mirror * (1.0 - lost_mean) / (1.0 - mean_mirror * lost_mean)
@@ -69,8 +69,8 @@ impl Bsdf {
             1.0 - (DIELECTRIC * shares.x + shares.y + dielectric_again * lost)
         };
         let body = base * (1.0 - metallic);
-        let through = body * let_through(own, lost);
-        let shine = mirror * own.x + own.y;
+        let through = body * let_through(of_angle, lost);
+        let shine = mirror * of_angle.x + of_angle.y;
         let around = again * lost + through;
         let (shine_sum, around_sum) = (shine.element_sum(), around.element_sum());
         Self {
@@ -101,9 +101,9 @@ impl Bsdf {
         let rim = (1.0 - from.dot(half)).clamp(0.0, 1.0).powi(5);
         let fresnel = self.mirror + (1.0 - self.mirror) * rim;
         let lobe = density * facets.seen_by_both(from.z, to.z) / (4.0 * from.z);
-        let [own, _] = ALBEDO.shares(facets.alpha, to.z);
-        let left = 1.0 - own.element_sum();
-        let through = 1.0 - (DIELECTRIC * own.x + own.y + self.dielectric_again * left);
+        let [shares, _] = ALBEDO.shares(facets.alpha, to.z);
+        let left = 1.0 - shares.element_sum();
+        let through = 1.0 - (DIELECTRIC * shares.x + shares.y + self.dielectric_again * left);
         let around = (self.lost * left + self.body * through) * (FRAC_1_PI * to.z);
         let facet_density = density * facets.seen(from.z) / (4.0 * from.z);
         let chance = self.mirror_chance;
@@ -163,7 +163,9 @@ mod tests {
                     for index in 0..count {
                         let mut sampler = Sampler::new(5, index);
                         let (lobe, point) = (sampler.one(), sampler.pair());
-                        all += bsdf.sample(lobe, point).map_or(0.0, |own| own.weight.x);
+                        all += bsdf
+                            .sample(lobe, point)
+                            .map_or(0.0, |scattered| scattered.weight.x);
                     }
                     let share = all / count as f32;
                     assert!(
@@ -180,17 +182,17 @@ mod tests {
     fn lobes_are_symmetric_and_densities_are_whole() {
         let direction = |index: u32| cosine_direction(Sampler::new(9, index).pair());
         for (base, roughness, metallic) in [(0.3, 0.4, 0.0), (0.8, 0.7, 1.0), (0.5, 0.2, 0.3)] {
-            let own = material(base, roughness, metallic);
+            let surface = material(base, roughness, metallic);
             for pair in 0..64 {
                 let (a, b) = (direction(2 * pair), direction(2 * pair + 1));
-                let one = Bsdf::new(&own, Vec3::Z, a).reflected(b).0 / b.z;
-                let other = Bsdf::new(&own, Vec3::Z, b).reflected(a).0 / a.z;
+                let one = Bsdf::new(&surface, Vec3::Z, a).reflected(b).0 / b.z;
+                let other = Bsdf::new(&surface, Vec3::Z, b).reflected(a).0 / a.z;
                 assert!(
                     one.abs_diff_eq(other, 2e-3 * (1.0 + one.max_element())),
                     "{one} {other}"
                 );
             }
-            let bsdf = Bsdf::new(&own, Vec3::Z, Vec3::new(0.6, 0.0, 0.8));
+            let bsdf = Bsdf::new(&surface, Vec3::Z, Vec3::new(0.6, 0.0, 0.8));
             let count = 1 << 16;
             let sum: f32 = (0..count)
                 .map(|index| {

@@ -88,7 +88,7 @@ pub fn denoised(still: &Still) -> Vec<[f32; 3]> {
         .collect();
     (0..colors.len())
         .into_par_iter()
-        .map(|own| without_dot(still, &colors, own).to_array())
+        .map(|index| without_dot(still, &colors, index).to_array())
         .collect()
 }
 
@@ -97,15 +97,15 @@ const NOISY: f32 = 0.05;
 
 /// Returns a pixel's color, or that of a neighbor if the pixel is noisy, and brighter or darker than seven of its eight
 /// neighbors. At the rims of surfaces, no neighbor is like such a pixel, so that averages leave it alone.
-fn without_dot(still: &Still, colors: &[Vec3], own: usize) -> Vec3 {
-    let color = colors[own];
-    let noise = luminance(still.pixels[own].variance()).max(0.0).sqrt();
+fn without_dot(still: &Still, colors: &[Vec3], pixel: usize) -> Vec3 {
+    let color = colors[pixel];
+    let noise = luminance(still.pixels[pixel].variance()).max(0.0).sqrt();
     let brightness = luminance(color);
     if noise <= NOISY * brightness {
         return color;
     }
     let [width, height] = still.size.map(|side| side as usize);
-    let (x, y) = (own % width, own / width);
+    let (x, y) = (pixel % width, pixel / width);
     let mut around = [(0.0, Vec3::ZERO); 8];
     let mut count = 0;
     for (dx, dy) in AROUND {
@@ -155,7 +155,7 @@ fn averaged(
         let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
         (x < width && y < height).then_some(y * width + x)
     };
-    let own = y * width + x;
+    let pixel = y * width + x;
     // One pixel's variance is itself noisy.
     let (mut sum, mut weights) = (0.0, 0.0);
     for dy in -1..=1isize {
@@ -168,7 +168,7 @@ fn averaged(
         }
     }
     let allowed = DEVIATIONS * (sum / weights).max(0.0).sqrt() + 1e-4;
-    let (guide, brightness) = (&guides[own], luminance(lights[own].color));
+    let (guide, brightness) = (&guides[pixel], luminance(lights[pixel].color));
     // How much the distance changes from pixel to pixel.
     let slope = [(1, 0), (-1, 0), (0, 1), (0, -1)]
         .iter()
@@ -197,7 +197,7 @@ fn averaged(
             let apart = (other.distance - guide.distance).abs()
                 / (slope * steps + 1e-3 * guide.distance + 1e-9);
             let unlike = (luminance(lights[near].color) - brightness).abs() / allowed;
-            let weight = if near == own {
+            let weight = if near == pixel {
                 1.0
             } else {
                 normal * (-apart - unlike).exp()

@@ -69,14 +69,14 @@ mod tests {
     #[test]
     fn curves_rise_from_black_to_white() {
         for tone in [ToneCurve::Aces, ToneCurve::Agx, ToneCurve::None] {
-            let own = Development {
+            let development = Development {
                 exposure: 0.0,
                 tone,
             };
             let mut last = -1.0;
             for index in 0..60 {
                 let light = 0.001 * 1.2f32.powi(index);
-                let color = own.color([light; 3]);
+                let color = development.color([light; 3]);
                 assert!(
                     color.max_element() - color.min_element() < 2e-3,
                     "{tone:?} {color}"
@@ -89,7 +89,7 @@ mod tests {
                 exposure: 1.0,
                 tone,
             };
-            let [a, b] = [own.color([0.4; 3]), twice.color([0.2; 3])];
+            let [a, b] = [development.color([0.4; 3]), twice.color([0.2; 3])];
             assert!(a.abs_diff_eq(b, 1e-6));
         }
     }

@@ -29,7 +29,8 @@ impl EnvironmentMap {
         // No direction is left out.
         let least = 0.01 * mean;
         // Across pixels and rows, what interpolation makes of a pixel and its neighbors on average.
-        let spread = |before: f64, own: f64, after: f64| 0.75 * own + 0.125 * (before + after);
+        let spread =
+            |before: f64, middle: f64, after: f64| 0.75 * middle + 0.125 * (before + after);
         let in_row = |x: usize, y: usize| {
             let at = |x: usize| bright(&image.pixels[y * width + x % width]);
             spread(at(x + width - 1), at(x), at(x + 1))
@@ -70,9 +71,9 @@ impl EnvironmentMap {
         (uniform.environment_strength, uniform.environment_turn) = (self.strength, self.turn);
         let all = *self.rows.last().unwrap_or(&1.0);
         let sums: Vec<f32> = self.rows.iter().map(|&sum| (sum / all) as f32).collect();
-        rows.extend(sums.chunks(4).map(|own| {
+        rows.extend(sums.chunks(4).map(|sums_of_row| {
             let mut row = [1.0; 4];
-            row[..own.len()].copy_from_slice(own);
+            row[..sums_of_row.len()].copy_from_slice(sums_of_row);
             row
         }));
         let pixels = self.image.pixels.iter().zip(&self.columns);
@@ -121,9 +122,9 @@ impl EnvironmentMap {
         let [width, height] = self.image.size.map(|side| side as f32);
         let all = *self.rows.last().unwrap_or(&1.0);
         let row = self.row(y);
-        let own = row[x] - if x > 0 { row[x - 1] } else { 0.0 };
+        let importance = row[x] - if x > 0 { row[x - 1] } else { 0.0 };
         // A pixel's share of the light, which is already weighted by the cosine of its elevation, over its angle.
-        (f64::from(own) / all) as f32 * (width * height) / (TAU * PI)
+        (f64::from(importance) / all) as f32 * (width * height) / (TAU * PI)
     }
 
     pub(super) fn density(&self, direction: Vec3) -> f32 {

@@ -121,11 +121,14 @@ impl Integrator<'_> {
         let ray = (way.origin, way.direction);
         let hit = self.nearest(way);
         let mut reach = hit.map_or(f32::INFINITY, |(hit, _)| hit.distance);
-        let turn = self.fog.filter(|_| way.inside.is_none()).and_then(|own| {
-            let depth = -(1.0 - sampler.one()).ln();
-            let length = fog::length_of(&own, way.origin, way.direction, depth)?;
-            (length < reach.min(self.frame.far)).then_some((own, length))
-        });
+        let turn = self
+            .fog
+            .filter(|_| way.inside.is_none())
+            .and_then(|medium| {
+                let depth = -(1.0 - sampler.one()).ln();
+                let length = fog::length_of(&medium, way.origin, way.direction, depth)?;
+                (length < reach.min(self.frame.far)).then_some((medium, length))
+            });
         if let Some((_, length)) = turn {
             reach = length;
         }
@@ -133,14 +136,14 @@ impl Integrator<'_> {
             .lights
             .passed(ray, reach, |of_light| shared(way.density, of_light));
         self.add(found, way.bounce, way.carried * passed);
-        if let Some((own, length)) = turn {
+        if let Some((fog, length)) = turn {
             if way.bounce == 0 {
                 // A denoiser looks at the surface behind the fog, which is the same for all paths.
                 found.albedo = Vec3::ONE;
                 let behind = hit.map(|(hit, is_solid)| (hit.normal, hit.distance, is_solid));
                 (found.normal, found.distance, found.is_covered) = behind.unwrap_or_default();
             }
-            return self.turn_in_fog(&own, length, way, found, sampler);
+            return self.turn_in_fog(&fog, length, way, found, sampler);
         }
         match hit {
             Some((hit, is_solid)) => self.meet(&hit, is_solid, way, found, sampler),
@@ -163,27 +166,27 @@ impl Integrator<'_> {
 
     fn turn_in_fog(
         &self,
-        own: &Fog,
+        medium: &Fog,
         length: f32,
         way: &mut Way,
         found: &mut PathSample,
         sampler: &mut Sampler,
     ) -> bool {
-        way.carried *= Vec3::from(own.albedo);
+        way.carried *= Vec3::from(medium.albedo);
         if way.bounce == self.max_bounces {
             return false;
         }
         let at = way.origin + length * way.direction;
         let light = self.lights.sample(at, sampler.one(), sampler.pair());
         if let Some(light) = light {
-            let share = fog::phase(own.anisotropy, way.direction.dot(light.direction));
+            let share = fog::phase(medium.anisotropy, way.direction.dot(light.direction));
             let arrives = way.carried * light.light * share;
             if arrives.max_element() > 0.0 && !self.is_blocked(at, &light) {
                 let arrives = arrives * shared(light.density, share) * self.clear(at, &light);
                 self.add(found, way.bounce + 1, arrives);
             }
         }
-        let (direction, density) = fog::scattered(own.anisotropy, way.direction, sampler.pair());
+        let (direction, density) = fog::scattered(medium.anisotropy, way.direction, sampler.pair());
         (way.origin, way.direction, way.density) = (at, direction, density);
         true
     }
@@ -348,8 +351,8 @@ impl Integrator<'_> {
     /// Returns the share of light that fog lets through.
     fn clear(&self, origin: Vec3, light: &LightSample) -> f32 {
         let length = self.frame.far.min(light.distance);
-        self.fog.map_or(1.0, |own| {
-            fog::transmitted(&own, origin, light.direction, length)
+        self.fog.map_or(1.0, |medium| {
+            fog::transmitted(&medium, origin, light.direction, length)
         })
     }
 }
@@ -374,10 +377,10 @@ fn seen_normal(shading: Vec3, normal: Vec3, toward: Vec3) -> (Vec3, Vec3) {
 const LEAST_FACING: f32 = 0.01;
 
 /// Returns the share of a way that has the first density, if another way has the second (the power heuristic).
-fn shared(own: f32, other: f32) -> f32 {
-    if own.is_infinite() {
+fn shared(density: f32, other: f32) -> f32 {
+    if density.is_infinite() {
         return 1.0;
     }
-    let ratio = other / own.max(1e-30);
+    let ratio = other / density.max(1e-30);
     1.0 / (1.0 + ratio * ratio)
 }

@@ -108,8 +108,8 @@ impl PathLights {
     fn importance(&self, light: &PathLight, at: Vec3) -> f32 {
         match light {
             PathLight::Sun(sun) => sun.irradiance().element_sum(),
-            PathLight::Sphere(own) => own.importance(at),
-            PathLight::Rectangle(own) => own.importance(at),
+            PathLight::Sphere(sphere) => sphere.importance(at),
+            PathLight::Rectangle(rectangle) => rectangle.importance(at),
             PathLight::Environment => match &self.background {
                 Background::Image(image) => image.importance(),
                 Background::Sky | Background::Even(_) => 0.0,
@@ -120,9 +120,9 @@ impl PathLights {
     /// Returns the rows of all lights for shaders.
     pub(super) fn rows(&self) -> Vec<[[f32; 4]; 4]> {
         let row = |light: &PathLight| match light {
-            PathLight::Sun(own) => own.rows(),
-            PathLight::Sphere(own) => own.rows(),
-            PathLight::Rectangle(own) => own.rows(),
+            PathLight::Sun(sun) => sun.rows(),
+            PathLight::Sphere(sphere) => sphere.rows(),
+            PathLight::Rectangle(rectangle) => rectangle.rows(),
             PathLight::Environment => {
                 let importance = self.importance(light, Vec3::ZERO);
                 let kind = abi::LIGHT_ENVIRONMENT as f32;
@@ -206,8 +206,8 @@ impl PathLights {
         let mut sum = Vec3::ZERO;
         for light in &self.lights {
             let point = match light {
-                PathLight::Sphere(own) => own.met(origin, direction),
-                PathLight::Rectangle(own) => own.met(origin, direction),
+                PathLight::Sphere(sphere) => sphere.met(origin, direction),
+                PathLight::Rectangle(rectangle) => rectangle.met(origin, direction),
                 PathLight::Sun(_) | PathLight::Environment => None,
             };
             if let Some(point) = point.filter(|point| point.distance < distance) {
@@ -233,8 +233,8 @@ impl PathLights {
                 let (direction, radiance, density) = sun.sample(point);
                 Some(far(direction, radiance, density))
             }
-            PathLight::Sphere(own) => own.sample(at, point),
-            PathLight::Rectangle(own) => own.sample(at, point),
+            PathLight::Sphere(sphere) => sphere.sample(at, point),
+            PathLight::Rectangle(rectangle) => rectangle.sample(at, point),
             PathLight::Environment => match &self.background {
                 Background::Image(image) => {
                     let (direction, density) = image.sample(point);
@@ -243,15 +243,15 @@ impl PathLights {
                 Background::Sky | Background::Even(_) => None,
             },
         }?;
-        let own = if found.density.is_infinite() {
+        let divisor = if found.density.is_infinite() {
             1.0
         } else {
             found.density
         };
-        (own > 0.0 && chance > 0.0).then(|| LightSample {
+        (divisor > 0.0 && chance > 0.0).then(|| LightSample {
             direction: found.direction,
             distance: found.distance,
-            light: found.radiance / (own * chance),
+            light: found.radiance / (divisor * chance),
             density: found.density * chance,
         })
     }
@@ -263,12 +263,12 @@ impl PathLights {
         let mut left = which * self.all_importance(at);
         let mut last = None;
         for light in &self.lights {
-            let own = self.importance(light, at);
-            if own <= 0.0 {
+            let importance = self.importance(light, at);
+            if importance <= 0.0 {
                 continue;
             }
             last = Some(light);
-            left -= own;
+            left -= importance;
             if left < 0.0 {
                 break;
             }
@@ -286,9 +286,9 @@ fn sun_of(frame: &FrameUniform) -> Sun {
 /// Returns the rows of a light for shaders.
 pub(crate) fn lamp_rows(light: &Light) -> [[f32; 4]; 4] {
     match PathLight::of(light) {
-        PathLight::Sun(own) => own.rows(),
-        PathLight::Sphere(own) => own.rows(),
-        PathLight::Rectangle(own) => own.rows(),
+        PathLight::Sun(sun) => sun.rows(),
+        PathLight::Sphere(sphere) => sphere.rows(),
+        PathLight::Rectangle(rectangle) => rectangle.rows(),
         PathLight::Environment => [[0.0; 4]; 4],
     }
 }
@@ -347,8 +347,8 @@ impl PathLight {
     fn shines(&self) -> bool {
         let light = match self {
             Self::Sun(sun) => sun.irradiance(),
-            Self::Sphere(own) => own.intensity,
-            Self::Rectangle(own) => own.radiance,
+            Self::Sphere(sphere) => sphere.intensity,
+            Self::Rectangle(rectangle) => rectangle.radiance,
             Self::Environment => Vec3::ONE,
         };
         light.max_element() > 0.0

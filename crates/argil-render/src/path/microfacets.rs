@@ -52,8 +52,8 @@ impl Microfacets {
 
     /// Returns the share of the facets that `from` sees, and that `to` sees as well.
     pub(super) fn passed(self, from: f32, to: f32) -> f32 {
-        let own = self.shadow(from);
-        (1.0 + own) / (1.0 + own + self.shadow(to))
+        let shadow_from = self.shadow(from);
+        (1.0 + shadow_from) / (1.0 + shadow_from + self.shadow(to))
     }
 
     /// Returns the normal of a facet among those that a direction sees (Heitz, "Sampling the GGX distribution of visible
@@ -67,7 +67,12 @@ impl Microfacets {
         let share = 0.5 * (1.0 + stretched.z);
         let y = (1.0 - share) * (1.0 - x * x).max(0.0).sqrt() + share * radius * angle.sin();
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-        let own = x * across + y * along + z * stretched;
-        Vec3::new(self.alpha * own.x, self.alpha * own.y, own.z.max(1e-6)).normalize()
+        let normal = x * across + y * along + z * stretched;
+        Vec3::new(
+            self.alpha * normal.x,
+            self.alpha * normal.y,
+            normal.z.max(1e-6),
+        )
+        .normalize()
     }
 }

@@ -179,8 +179,8 @@ impl RayBlock {
                     }
                 }
                 evaluate(list, &lanes.few_p, going, evaluator, &mut lanes.few_d);
-                for (&i, own) in few.iter().zip(lanes.few_d.iter()) {
-                    lanes.d[usize::from(i) % RAYS] = *own;
+                for (&i, distance) in few.iter().zip(lanes.few_d.iter()) {
+                    lanes.d[usize::from(i) % RAYS] = *distance;
                 }
             }
             if step(self, frame, end, lanes) {
@@ -204,9 +204,9 @@ impl RayBlock {
         let n = self.count;
         let Cones { axis, slope, t } = &mut self.cones;
         t.fill(f32::INFINITY);
-        for (&own, &cone) in self.t[..n].iter().zip(&self.cone) {
+        for (&ray_t, &cone) in self.t[..n].iter().zip(&self.cone) {
             let t = &mut t[usize::from(cone)];
-            *t = t.min(own);
+            *t = t.min(ray_t);
         }
         let (eye, first) = (Vec3::from(frame.eye), *t);
         let mut under_way: [usize; CONES] = std::array::from_fn(|cone| cone);
@@ -375,9 +375,9 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
         let last_way = &mut block.last_way.as_chunks_mut::<STRETCH>().0[k];
         for i in 0..STRETCH {
             let goes = t[i] < slab_end;
-            let own = if d[i] < 0.0 { -1.0 } else { 1.0 };
-            let own = if side[i] == 0.0 { own } else { side[i] };
-            let gap = d[i] * own;
+            let sign = if d[i] < 0.0 { -1.0 } else { 1.0 };
+            let sign = if side[i] == 0.0 { sign } else { side[i] };
+            let gap = d[i] * sign;
             let taken = steps[i] + 1;
             let spent = taken >= max_steps;
             // The spheres no longer touch: return to the end of the last one.
@@ -403,7 +403,7 @@ fn step(block: &mut RayBlock, frame: &FrameUniform, slab_end: f32, lanes: &mut R
             let misses = !arrives & (spent | (next > end[i]));
             let next = if misses { f32::INFINITY } else { next };
             let way = if too_far { 0.0 } else { way + more };
-            side[i] = if goes { own } else { side[i] };
+            side[i] = if goes { sign } else { side[i] };
             steps[i] = if goes { taken } else { steps[i] };
             over[i] = if goes { more } else { over[i] };
             last_gap[i] = if goes { gap } else { last_gap[i] };

@@ -43,8 +43,8 @@ pub(super) fn explain<T: DeserializeOwned>(
                 if let Value::Object(members) = element
                     && !fault.reason.starts_with("missing field")
                 {
-                    let found = culprit(&members, &search, |m| alone(Value::Object(m)));
-                    fault.path = found.unwrap_or_default();
+                    let culprit_path = culprit(&members, &search, |m| alone(Value::Object(m)));
+                    fault.path = culprit_path.unwrap_or_default();
                 }
                 fault = fault.within(&format!("[{index}]"));
             }
@@ -70,16 +70,16 @@ fn plain(reason: &str) -> String {
         return format!("{before}expected an object with a \"type\"");
     }
     let mut quoted = reason.split('`').skip(1).step_by(2);
-    let found = quoted.next().unwrap_or_default();
+    let name = quoted.next().unwrap_or_default();
     match reason.starts_with("unknown ") {
-        true => format!("{reason}{}", nearest(found, quoted)),
+        true => format!("{reason}{}", nearest(name, quoted)),
         false => reason.to_owned(),
     }
 }
 
 /// Asks whether the known name was meant that is nearest to another one, if one is near.
-fn nearest<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let ratings = known.map(|name| (strsim::normalized_damerau_levenshtein(found, name), name));
+fn nearest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let ratings = known.map(|name| (strsim::normalized_damerau_levenshtein(unknown, name), name));
     let best = ratings.max_by(|(a, _), (b, _)| a.total_cmp(b));
     match best {
         Some((rating, name)) if rating >= 0.5 => format!("; did you mean `{name}`?"),
@@ -88,10 +88,10 @@ fn nearest<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// Returns the reason why a field is refused.
-pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
-    let hint = nearest(found, known.iter().copied());
+pub(super) fn unknown_field(name: &str, known: &[&str]) -> String {
+    let hint = nearest(name, known.iter().copied());
     format!(
-        "unknown field `{found}`, expected one of `{}`{hint}",
+        "unknown field `{name}`, expected one of `{}`{hint}",
         known.join("`, `")
     )
 }
@@ -132,7 +132,7 @@ fn unknown_member<T: DeserializeOwned>(
         Some(_) => *step == Step::Name(name.to_owned()),
         None => value.and_then(Value::as_str) == Some(name),
     };
-    let (mut found, mut open) = (Vec::new(), vec![Vec::new()]);
+    let (mut candidates, mut open) = (Vec::new(), vec![Vec::new()]);
     while let Some(way) = open.pop() {
         let inner = at(root, &way)?;
         let steps: Vec<Step> = match inner {
@@ -145,7 +145,7 @@ fn unknown_member<T: DeserializeOwned>(
         for step in steps {
             let way = [&way[..], std::slice::from_ref(&step)].concat();
             if is_named(&step, at(root, &way)) {
-                found.push(way.clone());
+                candidates.push(way.clone());
             }
             open.push(way);
         }
@@ -153,7 +153,7 @@ fn unknown_member<T: DeserializeOwned>(
     let is_it = |way: &Vec<Step>| {
         search.goes_on() && complaint::<T>(without(root, way)).as_deref() != Some(reason)
     };
-    found.into_iter().find(is_it)
+    candidates.into_iter().find(is_it)
 }
 
 /// Returns the value at the end of a way.
@@ -208,8 +208,8 @@ fn deepest<T: DeserializeOwned>(root: &Value, misses: bool, search: &Search) -> 
                 _ => false,
             })
         };
-        let found = accepted.or_else(|| if misses { None } else { missed() });
-        match found {
+        let cause = accepted.or_else(|| if misses { None } else { missed() });
+        match cause {
             Some(step) => steps.push(step.clone()),
             None => return steps,
         }
@@ -303,9 +303,9 @@ pub(super) fn locate(source: ByteSource<'_>, fault: &ValidationError) -> (u64, u
                 rest = after;
                 enter_array(&mut reader, index.parse().unwrap_or(0))
             }
-            None => enter_object(&mut reader, &mut rest).map(|found| {
-                name_at = found;
-                found.is_some()
+            None => enter_object(&mut reader, &mut rest).map(|name_position| {
+                name_at = name_position;
+                name_position.is_some()
             }),
         };
         if !matches!(entered, Ok(true)) {

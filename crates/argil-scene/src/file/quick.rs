@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn it_takes_no_damaged_text_that_the_other_reader_refuses() {
-        let own: Vec<&str> = SCENE
+        let tokens: Vec<&str> = SCENE
             .split_inclusive([',', ':', '{', '}', '[', ']'])
             .collect();
         let mut state = 7u64;
@@ -286,13 +286,13 @@ mod tests {
         };
         let mut taken = 0;
         for _ in 0..4000 {
-            let mut words = own.clone();
+            let mut words = tokens.clone();
             let at = random(words.len());
-            let from = own[random(own.len())];
+            let from = tokens[random(tokens.len())];
             match random(4) {
                 0 => words[at] = from,
                 1 => words.insert(at, from),
-                2 => words.swap(at, random(own.len())),
+                2 => words.swap(at, random(tokens.len())),
                 _ => drop(words.remove(at)),
             }
             taken += usize::from(agree(words.concat().as_bytes()));

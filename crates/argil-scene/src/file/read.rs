@@ -147,7 +147,7 @@ fn with_known_materials(scene: Scene) -> Result<Scene, Stop> {
 /// Returns the version of the format that a document has, `Some(None)` if that cannot be read, and `None` if it is another object.
 fn version(source: ByteSource<'_>) -> Option<Option<u64>> {
     let mut reader = tokens(source, None);
-    let mut found = || {
+    let mut read_version = || {
         reader.begin_object()?;
         while reader.has_next()? {
             if reader.next_name()? == "argil" {
@@ -158,7 +158,7 @@ fn version(source: ByteSource<'_>) -> Option<Option<u64>> {
         }
         Ok::<_, ReaderError>(None)
     };
-    found().unwrap_or(Some(None))
+    read_version().unwrap_or(Some(None))
 }
 
 const KEYS: [&str; 7] = [

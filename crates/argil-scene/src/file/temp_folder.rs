@@ -27,9 +27,9 @@ impl TempFolder {
         remove_abandoned_files(folder);
         let mut all = TEMP_FILES.lock().unwrap_or_else(PoisonError::into_inner);
         #[cfg(not(target_arch = "wasm32"))]
-        let made = temp_builder(0o777).tempdir_in(folder);
+        let temp = temp_builder(0o777).tempdir_in(folder);
         #[cfg(not(target_arch = "wasm32"))]
-        let path = made.map_err(|error| not_created(&error, folder))?.keep();
+        let path = temp.map_err(|error| not_created(&error, folder))?.keep();
         #[cfg(target_arch = "wasm32")]
         let path = folder.join(TEMP_PREFIX);
         // Systems that lock no folders never remove abandoned ones.
@@ -107,7 +107,7 @@ fn foreign_file(folder: &Path, mark: &str) -> Option<PathBuf> {
         let ending = path.extension().unwrap_or_default();
         let is_number = stem.bytes().all(|c| c.is_ascii_digit());
         path.file_name() == Some(OsStr::new(mark))
-            || (is_number && ["", "glb", "subtree"].iter().any(|own| ending == *own))
+            || (is_number && ["", "glb", "subtree"].iter().any(|known| ending == *known))
     };
     let mut open = vec![folder.to_owned()];
     while let Some(next) = open.pop() {

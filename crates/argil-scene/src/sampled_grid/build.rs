@@ -72,11 +72,11 @@ impl SampledGrid {
             surround(&mut nest, reach as i32);
         }
         for level in 0..nest.levels.len() {
-            let own = &nest.levels[level];
-            let coarse = coarse_samples(&nest, own, measure);
+            let nest_level = &nest.levels[level];
+            let coarse = coarse_samples(&nest, nest_level, measure);
             nest.levels[level].coarse = coarse;
-            let own = &nest.levels[level];
-            nest.levels[level].cells = (0..volume(own.count))
+            let nest_level = &nest.levels[level];
+            nest.levels[level].cells = (0..volume(nest_level.count))
                 .into_par_iter()
                 .chunks(measure.cells_at_once())
                 .flat_map_iter(|indices| level_samples(&nest, level, &indices, &accuracy, measure))
@@ -211,8 +211,9 @@ fn smooth(nest: &mut Nest, measure: &dyn DistanceSampler) {
         let sampled: Vec<SampledCell> = wider
             .par_chunks(measure.cells_at_once())
             .flat_map_iter(|cells| {
-                let own = |&cell: &NestCell| &nest.levels[cell.level].cells[cell.index];
-                let begin = |cell: &NestCell| SampledCell::again(block_of(nest, *cell), own(cell));
+                let cell_samples = |&cell: &NestCell| &nest.levels[cell.level].cells[cell.index];
+                let begin =
+                    |cell: &NestCell| SampledCell::again(block_of(nest, *cell), cell_samples(cell));
                 let mut cells: Vec<_> = cells.iter().map(begin).collect();
                 // From the finest on, so that each cell is refined once.
                 for kind in (0..MAX_KIND).rev() {
@@ -222,9 +223,9 @@ fn smooth(nest: &mut Nest, measure: &dyn DistanceSampler) {
             })
             .collect();
         for (&cell, sampled) in wider.iter().zip(sampled) {
-            let own = &mut nest.levels[cell.level].cells[cell.index];
-            own.kind = sampled.kind;
-            own.samples = sampled.samples;
+            let stored = &mut nest.levels[cell.level].cells[cell.index];
+            stored.kind = sampled.kind;
+            stored.samples = sampled.samples;
         }
         unchecked.extend(wider);
         unchecked.sort_unstable();
@@ -268,14 +269,14 @@ impl SampledCell {
     }
 
     /// Begins at the samples of a cell that must have more.
-    fn again(block: SampledBlock, own: &CellSamples) -> Self {
+    fn again(block: SampledBlock, cell: &CellSamples) -> Self {
         Self {
             block,
-            kind: own.kind,
-            max_kind: own.max_kind,
-            samples: match own.kind {
+            kind: cell.kind,
+            max_kind: cell.max_kind,
+            samples: match cell.kind {
                 0 => block.corners.to_vec(),
-                _ => own.samples.clone(),
+                _ => cell.samples.clone(),
             },
             tolerance: -1.0,
         }

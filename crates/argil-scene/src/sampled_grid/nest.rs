@@ -108,9 +108,9 @@ impl Nest {
         let Some(finer) = level.checked_sub(1).map(|finer| &self.levels[finer]) else {
             return false;
         };
-        let own = self.levels[level].corner_at(place);
+        let corner = self.levels[level].corner_at(place);
         let [low, high] = finer.span();
-        own.cmpge(low).all() && (own + self.levels[level].width).cmple(high).all()
+        corner.cmpge(low).all() && (corner + self.levels[level].width).cmple(high).all()
     }
 
     /// Gives all samples on faces of cells the value that the widest interval there interpolates, so that nothing jumps.
@@ -121,9 +121,11 @@ impl Nest {
                 if self.levels[level].width == interval {
                     self.close_corners(level);
                 }
-                let own = &self.levels[level];
-                let is_next = |i: &usize| own.cells[*i].kind > 0 && own.interval(*i) == interval;
-                let changes: Vec<(usize, Vec<SeamSample>)> = (0..own.cells.len())
+                let nest_level = &self.levels[level];
+                let is_next = |i: &usize| {
+                    nest_level.cells[*i].kind > 0 && nest_level.interval(*i) == interval
+                };
+                let changes: Vec<(usize, Vec<SeamSample>)> = (0..nest_level.cells.len())
                     .into_par_iter()
                     .filter(is_next)
                     .map(|index| (index, self.seams_of(level, index)))
@@ -142,10 +144,10 @@ impl Nest {
     /// share of the cell's interval.
     pub(super) fn rough_seams(&self, cells: &[NestCell], share: f32) -> Vec<RoughSeam> {
         let seams = |&cell: &NestCell| {
-            let own = &self.levels[cell.level];
-            let max_error = share * self.unit * own.interval(cell.index) as f32;
+            let level = &self.levels[cell.level];
+            let max_error = share * self.unit * level.interval(cell.index) as f32;
             let is_rough = move |seam: &SeamSample| {
-                (seam.value - own.cells[cell.index].samples[seam.sample]).abs() > max_error
+                (seam.value - level.cells[cell.index].samples[seam.sample]).abs() > max_error
             };
             let seams = self.seams_of(cell.level, cell.index);
             let rough = seams.into_iter().filter(is_rough);
@@ -162,9 +164,9 @@ impl Nest {
 
     /// Returns all cells that have more samples than their corners.
     pub(super) fn sampled_cells(&self) -> Vec<NestCell> {
-        let of_level = |(level, own): (usize, &NestLevel)| {
-            let is_sampled = |&index: &usize| own.cells[index].kind > 0;
-            let cells = (0..own.cells.len()).filter(is_sampled);
+        let of_level = |(level, nest_level): (usize, &NestLevel)| {
+            let is_sampled = |&index: &usize| nest_level.cells[index].kind > 0;
+            let cells = (0..nest_level.cells.len()).filter(is_sampled);
             cells
                 .map(|index| NestCell { level, index })
                 .collect::<Vec<_>>()
@@ -173,16 +175,16 @@ impl Nest {
     }
 
     fn close_corners(&mut self, level: usize) {
-        let own = &self.levels[level];
-        let points = own.count + 1;
+        let nest_level = &self.levels[level];
+        let points = nest_level.count + 1;
         let change = |i: usize| {
             let place = place_of(i, points);
-            let is_outer = place.cmpeq(UVec3::ZERO) | place.cmpeq(own.count);
-            let at = own.corner_at(place);
+            let is_outer = place.cmpeq(UVec3::ZERO) | place.cmpeq(nest_level.count);
+            let at = nest_level.corner_at(place);
             let toward = |i: i32| self.cell_toward(at, 2 * ivec3(i & 1, i >> 1 & 1, i >> 2) - 1);
             let wider = is_outer
                 .any()
-                .then(|| self.widest((0..8).filter_map(toward), own.width));
+                .then(|| self.widest((0..8).filter_map(toward), nest_level.width));
             wider.flatten().map(|wider| (i, self.value_in(wider, at)))
         };
         let changes: Vec<(usize, f32)> = (0..volume(points))
@@ -196,11 +198,11 @@ impl Nest {
 
     /// Returns the samples on a cell's faces that touch cells of wider intervals.
     fn seams_of(&self, level: usize, index: usize) -> Vec<SeamSample> {
-        let own = &self.levels[level];
-        let interval = own.interval(index);
-        let first = own.corner_at(place_of(index, own.count));
+        let nest_level = &self.levels[level];
+        let interval = nest_level.interval(index);
+        let first = nest_level.corner_at(place_of(index, nest_level.count));
         let around: [Option<NestCell>; 27] = std::array::from_fn(|i| {
-            let beside = first + own.width / 2 + own.width * offset_of(i);
+            let beside = first + nest_level.width / 2 + nest_level.width * offset_of(i);
             self.cell_toward(beside, IVec3::ONE)
         });
         let is_wider = |cell: &NestCell| self.interval(*cell) > interval;
@@ -212,7 +214,7 @@ impl Nest {
         if !is_beside_finer && wider.is_empty() {
             return Vec::new();
         }
-        let side = 1u32 << own.cells[index].kind;
+        let side = 1u32 << nest_level.cells[index].kind;
         let points = UVec3::splat(side + 1);
         let seam = |sample: usize| {
             let inner = place_of(sample, points);
@@ -255,16 +257,19 @@ impl Nest {
 
     /// Returns the cell beside a point, in the direction of signs.
     fn cell_toward(&self, at: IVec3, toward: IVec3) -> Option<NestCell> {
-        self.levels.iter().enumerate().find_map(|(level, own)| {
-            // Half a step below is in the cell before.
-            let below = toward.min(IVec3::ZERO);
-            let place = (at - own.first + below).map(|c| c.div_euclid(own.width));
-            let is_in = place.cmpge(IVec3::ZERO) & place.cmplt(own.count.as_ivec3());
-            is_in.all().then(|| NestCell {
-                level,
-                index: index(place.as_uvec3(), own.count),
+        self.levels
+            .iter()
+            .enumerate()
+            .find_map(|(level, nest_level)| {
+                // Half a step below is in the cell before.
+                let below = toward.min(IVec3::ZERO);
+                let place = (at - nest_level.first + below).map(|c| c.div_euclid(nest_level.width));
+                let is_in = place.cmpge(IVec3::ZERO) & place.cmplt(nest_level.count.as_ivec3());
+                is_in.all().then(|| NestCell {
+                    level,
+                    index: index(place.as_uvec3(), nest_level.count),
+                })
             })
-        })
     }
 
     fn value_in(&self, cell: NestCell, at: IVec3) -> f32 {
@@ -273,9 +278,9 @@ impl Nest {
         let CellSamples { kind, samples, .. } = &level.cells[cell.index];
         let interval = level.width >> kind;
         let side = 1 << kind;
-        let own = (at - level.corner_at(place)).as_uvec3();
-        let inner = (own / interval as u32).min(UVec3::splat(side - 1));
-        let t = (own - interval as u32 * inner).as_vec3() / interval as f32;
+        let offset = (at - level.corner_at(place)).as_uvec3();
+        let inner = (offset / interval as u32).min(UVec3::splat(side - 1));
+        let t = (offset - interval as u32 * inner).as_vec3() / interval as f32;
         let around = match kind {
             0 => corners(place).map(|p| level.coarse[index(p, level.count + 1)]),
             _ => corners(inner).map(|p| samples[index(p, UVec3::splat(side + 1))]),

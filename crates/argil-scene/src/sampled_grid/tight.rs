@@ -26,11 +26,11 @@ impl Nest {
                 *d = of_box;
             }
         };
-        for own in &mut self.levels {
-            let (first, width, count) = (own.first, own.width, own.count);
-            let corners = own.coarse.par_iter_mut().enumerate();
+        for level in &mut self.levels {
+            let (first, width, count) = (level.first, level.width, level.count);
+            let corners = level.coarse.par_iter_mut().enumerate();
             corners.for_each(|(i, d)| raise(first + width * place_of(i, count + 1).as_ivec3(), d));
-            let cells = own.cells.par_iter_mut().enumerate();
+            let cells = level.cells.par_iter_mut().enumerate();
             cells.for_each(|(i, cell)| {
                 let begin = first + width * place_of(i, count).as_ivec3();
                 let points = UVec3::splat((1 << cell.kind) + 1);

@@ -105,12 +105,12 @@ impl SampledGrid {
         for kind in 1..KINDS {
             let mut count = 0usize;
             for level in &nest.levels {
-                for own in level
+                for cell in level
                     .cells
                     .iter()
-                    .filter(|own| usize::from(own.kind) == kind)
+                    .filter(|cell| usize::from(cell.kind) == kind)
                 {
-                    words.extend_from_slice(&own.samples);
+                    words.extend_from_slice(&cell.samples);
                     count += 1;
                 }
             }
@@ -118,8 +118,8 @@ impl SampledGrid {
         }
         let mut counts = [0usize; KINDS];
         for level in &nest.levels {
-            words.extend(level.cells.iter().map(|own| {
-                let kind = usize::from(own.kind);
+            words.extend(level.cells.iter().map(|cell| {
+                let kind = usize::from(cell.kind);
                 counts[kind] += 1;
                 if kind == 0 {
                     0.0
@@ -154,8 +154,8 @@ impl SampledGrid {
         let head = words.get(..SAMPLED_HEADER)?;
         if head[5] == 0.0 {
             let posts = [head[4], head[6]].map(|n| n as u32);
-            let own = Self::from_heights(posts, &words[SAMPLED_HEADER..])?;
-            return (own.words == words).then_some(own);
+            let grid = Self::from_heights(posts, &words[SAMPLED_HEADER..])?;
+            return (grid.words == words).then_some(grid);
         }
         let layout = Layout::new(&words)?;
         if words.len() != layout.length
@@ -168,7 +168,7 @@ impl SampledGrid {
         for word in layout
             .levels
             .iter()
-            .flat_map(|own| &words[own.table.clone()])
+            .flat_map(|level| &words[level.table.clone()])
         {
             if *word != 0.0 {
                 let kind = *word as usize % KINDS;
@@ -211,7 +211,7 @@ impl SampledGrid {
             let mut coarse = layout
                 .levels
                 .iter()
-                .flat_map(|own| &self.words[own.coarse.clone()]);
+                .flat_map(|level| &self.words[level.coarse.clone()]);
             samples.iter().any(|&d| d < 0.0) || coarse.any(|&d| d < 0.0)
         })
     }
@@ -240,8 +240,8 @@ impl SampledGrid {
                 let kind = word as usize % KINDS;
                 if kind == 0 {
                     let place = place_of(i, level.cells);
-                    let own = corners(place).map(|p| coarse[index(p, level.cells + 1)]);
-                    return steepest(own) / level.cell;
+                    let values = corners(place).map(|p| coarse[index(p, level.cells + 1)]);
+                    return steepest(values) / level.cell;
                 }
                 let first = layout.samples[kind] + word as usize / KINDS * samples_of(kind);
                 steepest_of(&self.words[first..][..samples_of(kind)], 1 << kind) / level.cell
@@ -262,9 +262,9 @@ fn steepest_of(samples: &[f32], side: usize) -> f32 {
     for z in 0..side {
         for y in 0..side {
             for first in (z * layer + y * row..).take(side) {
-                let own =
+                let edges =
                     [0, 1, row, row + 1].map(|i| [samples[first + i], samples[first + i + layer]]);
-                let [a, b, c, d] = own;
+                let [a, b, c, d] = edges;
                 greatest = greatest.max(steepest([a[0], b[0], c[0], d[0], a[1], b[1], c[1], d[1]]));
             }
         }

@@ -57,7 +57,7 @@ impl NanoType {
 
     pub(super) fn from_number(number: u32) -> Option<Self> {
         let all = [Self::Float, Self::Fp16, Self::Fp8];
-        all.into_iter().find(|own| own.number() == number)
+        all.into_iter().find(|kind| kind.number() == number)
     }
 
     pub(super) fn leaf_bytes(self) -> usize {

@@ -114,12 +114,12 @@ pub(super) fn leaf_bytes_of(leaf: &Leaf<f32>, kind: NanoType) -> Vec<u8> {
     out.float(least).float(quantum);
     let [low, high, mean, deviation] = four;
     let deviation = (deviation * inverse + 0.5).floor().clamp(0.0, 65_535.0);
-    for own in [low, high, mean]
+    for quantized in [low, high, mean]
         .map(|value| code(value, 65_535.0))
         .into_iter()
         .chain([deviation])
     {
-        out.0.extend((own as u16).to_le_bytes());
+        out.0.extend((quantized as u16).to_le_bytes());
     }
     let largest = kind.largest_code();
     for &value in leaf.values.iter() {

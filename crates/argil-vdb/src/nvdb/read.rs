@@ -87,16 +87,16 @@ impl<'a> Part<'a> {
     }
 
     fn take(&self, at: usize, count: usize) -> Result<&'a [u8], VdbError> {
-        let own = at
+        let bytes = at
             .checked_add(count)
             .and_then(|end| self.bytes.get(at..end));
-        own.ok_or_else(|| self.truncated())
+        bytes.ok_or_else(|| self.truncated())
     }
 
     fn array<const N: usize>(&self, at: usize) -> Result<[u8; N], VdbError> {
-        let mut own = [0; N];
-        own.copy_from_slice(self.take(at, N)?);
-        Ok(own)
+        let mut bytes = [0; N];
+        bytes.copy_from_slice(self.take(at, N)?);
+        Ok(bytes)
     }
 
     fn u16(&self, at: usize) -> Result<u16, VdbError> {
@@ -121,12 +121,12 @@ impl<'a> Part<'a> {
 
     fn mask<const N: usize>(&self, at: usize) -> Result<Mask<N>, VdbError> {
         let mut mask = Mask::default();
-        for (word, own) in mask
+        for (word, bytes) in mask
             .0
             .iter_mut()
             .zip(self.take(at, 8 * N)?.as_chunks::<8>().0)
         {
-            *word = u64::from_le_bytes(*own);
+            *word = u64::from_le_bytes(*bytes);
         }
         Ok(mask)
     }
@@ -189,9 +189,9 @@ fn check_head(part: &Part<'_>) -> Result<(), VdbError> {
     let tiles = part.u32(root + 24)? as usize;
     let length = tiles
         .checked_mul(ROOT_TILE)
-        .map(|own| GRID + TREE + ROOT + own);
-    let own = part.take(16, length.unwrap_or(usize::MAX).saturating_sub(16))?;
-    if crc32fast::hash(own) == sum {
+        .map(|tile_bytes| GRID + TREE + ROOT + tile_bytes);
+    let bytes = part.take(16, length.unwrap_or(usize::MAX).saturating_sub(16))?;
+    if crc32fast::hash(bytes) == sum {
         Ok(())
     } else {
         Err(VdbError::Checksum)
@@ -201,15 +201,15 @@ fn check_head(part: &Part<'_>) -> Result<(), VdbError> {
 fn transform(part: &Part<'_>) -> Result<Transform, VdbError> {
     // The matrix in double precision, its inverse, and the translation.
     let matrix = 296 + 36 + 36 + 12 + 4;
-    let mut own = Transform::uniform(1.0, [0.0; 3]);
+    let mut transform = Transform::uniform(1.0, [0.0; 3]);
     for row in 0..3 {
         for axis in 0..3 {
-            own.columns[axis][row] = part.double(matrix + 8 * (3 * row + axis))?;
+            transform.columns[axis][row] = part.double(matrix + 8 * (3 * row + axis))?;
         }
-        own.translation[row] = part.double(matrix + 144 + 8 * row)?;
+        transform.translation[row] = part.double(matrix + 144 + 8 * row)?;
     }
-    if own.is_finite() {
-        Ok(own)
+    if transform.is_finite() {
+        Ok(transform)
     } else {
         Err(part.damaged(296, "a transform is not finite"))
     }
@@ -265,8 +265,8 @@ impl NodeReader<'_> {
         let mut lowers = Vec::new();
         let tiles = self.tiles(at, &UPPER, &children)?;
         for place in children.places() {
-            let own = self.child(at, &UPPER, place)?;
-            lowers.push(self.lower(own, voxel_of(origin, place, 4096, 128))?);
+            let child = self.child(at, &UPPER, place)?;
+            lowers.push(self.lower(child, voxel_of(origin, place, 4096, 128))?);
         }
         Ok(Upper {
             origin,
@@ -283,8 +283,8 @@ impl NodeReader<'_> {
         let tiles = self.tiles(at, &LOWER, &children)?;
         let mut leaves = Vec::new();
         for place in children.places() {
-            let own = self.child(at, &LOWER, place)?;
-            leaves.push(self.leaf(own, voxel_of(origin, place, 128, 8))?);
+            let child = self.child(at, &LOWER, place)?;
+            leaves.push(self.leaf(child, voxel_of(origin, place, 128, 8))?);
         }
         Ok(Lower {
             origin,
@@ -330,9 +330,9 @@ impl NodeReader<'_> {
         let mut leaf = Leaf::new(origin, 0.0);
         leaf.active = part.mask(at + 16)?;
         if self.kind == NanoType::Float {
-            let own = part.take(at + LEAF_HEAD, 4 * LEAF_SIZE)?;
-            for (value, own) in leaf.values.iter_mut().zip(own.as_chunks::<4>().0) {
-                *value = f32::from_le_bytes(*own);
+            let bytes = part.take(at + LEAF_HEAD, 4 * LEAF_SIZE)?;
+            for (value, chunk) in leaf.values.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                *value = f32::from_le_bytes(*chunk);
             }
             return Ok(leaf);
         }

@@ -32,9 +32,9 @@ impl ValueStatistics {
     fn add(&mut self, value: f32, count: u64) {
         self.least = self.least.min(value);
         self.most = self.most.max(value);
-        let (own, n) = (f64::from(value), count as f64);
-        self.sum += n * own;
-        self.squares += n * own * own;
+        let (x, n) = (f64::from(value), count as f64);
+        self.sum += n * x;
+        self.squares += n * x * x;
         self.count += count;
     }
 
@@ -88,47 +88,47 @@ pub(super) struct AllStatistics {
 }
 
 pub(super) fn of_leaf(leaf: &Leaf<f32>) -> ValueStatistics {
-    let mut own = ValueStatistics::default();
+    let mut statistics = ValueStatistics::default();
     for place in leaf.active.places() {
-        own.add(leaf.values[place], 1);
+        statistics.add(leaf.values[place], 1);
     }
     if let Some(bounds) = active_box(leaf) {
-        own.hold(bounds);
+        statistics.hold(bounds);
     }
-    own
+    statistics
 }
 
 fn of_lower(lower: &Lower<f32>) -> ValueStatistics {
-    let mut own = ValueStatistics::default();
+    let mut statistics = ValueStatistics::default();
     for leaf in &lower.leaves {
-        own.merge(&of_leaf(leaf));
+        statistics.merge(&of_leaf(leaf));
     }
     for place in lower.active.places() {
         let origin = voxel_of(lower.origin, place, 128, 8);
-        own.add_tile(lower.tiles[place], origin, 8);
+        statistics.add_tile(lower.tiles[place], origin, 8);
     }
-    own
+    statistics
 }
 
 fn of_upper(upper: &Upper<f32>, lowers: &[ValueStatistics]) -> ValueStatistics {
-    let mut own = ValueStatistics::default();
+    let mut statistics = ValueStatistics::default();
     for lower in lowers {
-        own.merge(lower);
+        statistics.merge(lower);
     }
     for place in upper.active.places() {
         let origin = voxel_of(upper.origin, place, 4096, 128);
-        own.add_tile(upper.tiles[place], origin, 128);
+        statistics.add_tile(upper.tiles[place], origin, 128);
     }
-    own
+    statistics
 }
 
 pub(super) fn of_tree(tree: &Tree<f32>) -> AllStatistics {
     let mut all = AllStatistics::default();
     for upper in &tree.uppers {
         let lowers: Vec<_> = upper.lowers.par_iter().map(of_lower).collect();
-        let own = of_upper(upper, &lowers);
-        all.root.merge(&own);
-        all.uppers.push(own);
+        let statistics = of_upper(upper, &lowers);
+        all.root.merge(&statistics);
+        all.uppers.push(statistics);
         all.lowers.extend(lowers);
     }
     for tile in tree.tiles.iter().filter(|tile| tile.is_active) {

@@ -48,12 +48,12 @@ pub fn write(out: &mut (impl Write + Seek), grid: &Grid<f32>, kind: NanoType) ->
         root: &statistics.root,
     };
     let mut file = head.file();
-    let own = head.grid();
+    let grid_bytes = head.grid();
     let begin = out.stream_position()?;
     let at = begin + file.len() as u64;
-    file.extend(&own);
+    file.extend(&grid_bytes);
     out.write_all(&file)?;
-    let head_sum = crc32fast::hash(&own[16..]);
+    let head_sum = crc32fast::hash(&grid_bytes[16..]);
     // A checksum of the nodes' checksums, each with 64 bits.
     let mut sums = crc32fast::Hasher::new();
     write_nodes(out, &head, &statistics, &mut |all| {
@@ -222,7 +222,7 @@ impl Head<'_> {
             .iter()
             .map(|tile| (key_of(tile.origin), 0, tile.is_active, tile.value));
         let mut all: Vec<_> = uppers.chain(tiles).collect();
-        all.sort_by_key(|own| own.0);
+        all.sort_by_key(|entry| entry.0);
         for (key, child, is_active, value) in all {
             out.u64(key)
                 .u64(child)
@@ -283,9 +283,9 @@ fn write_nodes(
     };
     let mut lowers = 0;
     for (i, upper) in tree.uppers.iter().enumerate() {
-        let own = first_upper + (i * UPPER.bytes()) as u64;
+        let at = first_upper + (i * UPPER.bytes()) as u64;
         let child = first_lower + (lowers * LOWER.bytes()) as u64;
-        put(vec![upper_bytes(upper, child - own, &statistics.uppers[i])])?;
+        put(vec![upper_bytes(upper, child - at, &statistics.uppers[i])])?;
         lowers += upper.lowers.len();
     }
     let all: Vec<&Lower<f32>> = tree.uppers.iter().flat_map(|upper| &upper.lowers).collect();
@@ -298,9 +298,9 @@ fn write_nodes(
     for first in (0..all.len()).step_by(64) {
         let range = first..(first + 64).min(all.len());
         let nodes = range.into_par_iter().map(|i| {
-            let own = first_lower + (i * LOWER.bytes()) as u64;
+            let at = first_lower + (i * LOWER.bytes()) as u64;
             let child = first_leaf + (places[i] * leaf_bytes) as u64;
-            lower_bytes(all[i], child - own, leaf_bytes, &statistics.lowers[i])
+            lower_bytes(all[i], child - at, leaf_bytes, &statistics.lowers[i])
         });
         put(nodes.collect())?;
     }

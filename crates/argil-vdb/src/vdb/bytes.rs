@@ -23,22 +23,22 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], VdbError> {
-        let own = self
+        let bytes = self
             .at
             .checked_add(count)
             .and_then(|end| self.bytes.get(self.at..end));
-        let own = own.ok_or(VdbError::Truncated {
+        let bytes = bytes.ok_or(VdbError::Truncated {
             at: self.bytes.len() as u64,
             what,
         })?;
         self.at += count;
-        Ok(own)
+        Ok(bytes)
     }
 
     fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], VdbError> {
-        let mut own = [0; N];
-        own.copy_from_slice(self.take(N, what)?);
-        Ok(own)
+        let mut bytes = [0; N];
+        bytes.copy_from_slice(self.take(N, what)?);
+        Ok(bytes)
     }
 
     pub(crate) fn u8(&mut self, what: &'static str) -> Result<u8, VdbError> {
@@ -78,8 +78,8 @@ impl<'a> Reader<'a> {
     pub(crate) fn mask<const N: usize>(&mut self, what: &'static str) -> Result<Mask<N>, VdbError> {
         let mut mask = Mask::default();
         let bytes = self.take(8 * N, what)?;
-        for (word, own) in mask.0.iter_mut().zip(bytes.as_chunks::<8>().0) {
-            *word = u64::from_le_bytes(*own);
+        for (word, chunk) in mask.0.iter_mut().zip(bytes.as_chunks::<8>().0) {
+            *word = u64::from_le_bytes(*chunk);
         }
         Ok(mask)
     }

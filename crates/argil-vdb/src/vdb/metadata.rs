@@ -51,10 +51,10 @@ fn unpacked(kind: String, bytes: &[u8]) -> MetaValue {
     match (kind.as_str(), four, eight) {
         ("string", ..) => MetaValue::String(String::from_utf8_lossy(bytes).into_owned()),
         ("bool", ..) if bytes.len() == 1 => MetaValue::Bool(bytes[0] != 0),
-        ("int32", Some(own), _) => MetaValue::Int32(i32::from_le_bytes(*own)),
-        ("float", Some(own), _) => MetaValue::Float(f32::from_le_bytes(*own)),
-        ("int64", _, Some(own)) => MetaValue::Int64(i64::from_le_bytes(*own)),
-        ("double", _, Some(own)) => MetaValue::Double(f64::from_le_bytes(*own)),
+        ("int32", Some(bytes), _) => MetaValue::Int32(i32::from_le_bytes(*bytes)),
+        ("float", Some(bytes), _) => MetaValue::Float(f32::from_le_bytes(*bytes)),
+        ("int64", _, Some(bytes)) => MetaValue::Int64(i64::from_le_bytes(*bytes)),
+        ("double", _, Some(bytes)) => MetaValue::Double(f64::from_le_bytes(*bytes)),
         ("vec3i", ..) if bytes.len() == 12 => {
             let all = bytes.as_chunks::<4>().0;
             MetaValue::Vec3i([0, 1, 2].map(|i| i32::from_le_bytes(all[i])))
@@ -71,8 +71,8 @@ pub(super) fn write_transform(transform: &Transform, out: &mut Vec<u8>) {
             if is_moved {
                 numbers.extend(transform.translation);
             }
-            for own in [edge, edge, 1.0 / edge, 1.0 / (edge * edge), 0.5 / edge] {
-                numbers.extend([own; 3]);
+            for value in [edge, edge, 1.0 / edge, 1.0 / (edge * edge), 0.5 / edge] {
+                numbers.extend([value; 3]);
             }
             if is_moved {
                 "UniformScaleTranslateMap"
@@ -99,23 +99,23 @@ pub(super) fn read_transform(from: &mut Reader<'_>) -> Result<Transform, VdbErro
     let name = from.string(what)?;
     let mut three = || Ok::<_, VdbError>([from.f64(what)?, from.f64(what)?, from.f64(what)?]);
     let scaled = |scale: [f64; 3], translation: [f64; 3]| {
-        let mut own = Transform::uniform(1.0, translation);
+        let mut transform = Transform::uniform(1.0, translation);
         for (axis, length) in scale.into_iter().enumerate() {
-            own.columns[axis][axis] = length;
+            transform.columns[axis][axis] = length;
         }
-        own
+        transform
     };
     let transform = match name.as_str() {
         "UniformScaleMap" | "ScaleMap" => {
-            let own = scaled(three()?, [0.0; 3]);
+            let transform = scaled(three()?, [0.0; 3]);
             from.take(4 * 24, what)?;
-            own
+            transform
         }
         "UniformScaleTranslateMap" | "ScaleTranslateMap" => {
             let translation = three()?;
-            let own = scaled(three()?, translation);
+            let transform = scaled(three()?, translation);
             from.take(4 * 24, what)?;
-            own
+            transform
         }
         "TranslationMap" => scaled([1.0; 3], three()?),
         "AffineMap" | "UnitaryMap" => {

@@ -96,14 +96,14 @@ impl<'a> VdbFile<'a> {
     /// # Errors
     /// If there is none, or it is damaged.
     pub fn float_grid(&self, name: Option<&str>) -> Result<Grid<f32>, VdbError> {
-        let is_right = |own: &GridInfo| {
-            own.tree.starts_with(f32::TREE) && name.is_none_or(|name| own.name == name)
+        let is_right = |info: &GridInfo| {
+            info.tree.starts_with(f32::TREE) && name.is_none_or(|name| info.name == name)
         };
         let Some(index) = self.grids.iter().position(is_right) else {
             let all: Vec<String> = self
                 .grids
                 .iter()
-                .map(|own| format!("{:?} ({})", own.name, own.tree))
+                .map(|info| format!("{:?} ({})", info.name, info.tree))
                 .collect();
             let which = name.map_or(String::new(), |name| format!(" with the name {name:?}"));
             let others = match all.is_empty() {
@@ -191,8 +191,8 @@ impl<'a> VdbFile<'a> {
         }
         sort(&mut tree.uppers, &from)?;
         let text = |name: &str| {
-            metadata.iter().find_map(|(own, value)| match value {
-                MetaValue::String(text) if own == name => Some(text.clone()),
+            metadata.iter().find_map(|(key, value)| match value {
+                MetaValue::String(text) if key == name => Some(text.clone()),
                 _ => None,
             })
         };

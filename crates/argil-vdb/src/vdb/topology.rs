@@ -11,9 +11,9 @@ const BATCH: usize = 32;
 
 /// Returns tiles with zeros where children are, as readers expect.
 fn without_children<V: Voxel, const N: usize>(tiles: &[V], children: &Mask<N>) -> Vec<V> {
-    let mut own = tiles.to_vec();
-    clear_children(&mut own, children);
-    own
+    let mut cleared = tiles.to_vec();
+    clear_children(&mut cleared, children);
+    cleared
 }
 
 fn clear_children<V: Voxel, const N: usize>(tiles: &mut [V], children: &Mask<N>) {

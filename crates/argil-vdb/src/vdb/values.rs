@@ -39,25 +39,25 @@ impl<V: Voxel> Packing<V> {
         'all: for (i, word) in active.0.iter().enumerate() {
             let mut left = !(word | children.0[i]);
             while left != 0 {
-                let own = values[64 * i + left.trailing_zeros() as usize];
+                let value = values[64 * i + left.trailing_zeros() as usize];
                 left &= left - 1;
                 let slot = others
                     .iter()
-                    .position(|other| other.is_none_or(|other| other == own));
+                    .position(|other| other.is_none_or(|other| other == value));
                 let Some(slot) = slot else {
                     is_any = false;
                     break 'all;
                 };
-                others[slot] = Some(own);
+                others[slot] = Some(value);
             }
         }
         let negative = self.background.negated();
         let (kind, first, second) = match others {
             _ if !is_any => (ALL_STORED, None, None),
             [None, _] => (ALL_BACKGROUND, None, None),
-            [Some(own), None] if own == self.background => (ALL_BACKGROUND, None, None),
-            [Some(own), None] if own == negative => (ALL_NEGATIVE, None, None),
-            [Some(own), None] => (ONE_OTHER, Some(own), None),
+            [Some(value), None] if value == self.background => (ALL_BACKGROUND, None, None),
+            [Some(value), None] if value == negative => (ALL_NEGATIVE, None, None),
+            [Some(value), None] => (ONE_OTHER, Some(value), None),
             [Some(a), Some(b)] => {
                 let (a, b) = if a == self.background { (b, a) } else { (a, b) };
                 match (a == negative, b == self.background) {
@@ -68,14 +68,14 @@ impl<V: Voxel> Packing<V> {
             }
         };
         out.push(kind);
-        let rounded = |own: V| if self.is_half { own.rounded() } else { own };
-        if let Some(own) = first {
-            rounded(own).write(out);
+        let rounded = |value: V| if self.is_half { value.rounded() } else { value };
+        if let Some(value) = first {
+            rounded(value).write(out);
         }
         if kind == TWO_OTHERS
-            && let Some(own) = second
+            && let Some(value) = second
         {
-            rounded(own).write(out);
+            rounded(value).write(out);
         }
         if let Some(second) = second {
             let mut select = Mask::<N>::default();
@@ -238,11 +238,11 @@ impl<V: Voxel> Unpacking<V> {
             }
             return Ok(bytes.into());
         }
-        let own = if self.flags & FLAG_BLOSC != 0 {
+        let unpacked = if self.flags & FLAG_BLOSC != 0 {
             unblosc(bytes, length).map_err(|reason| from.damaged(reason))?
         } else {
             unzip(bytes, length).ok_or_else(|| from.damaged("zipped values are damaged"))?
         };
-        Ok(own.into())
+        Ok(unpacked.into())
     }
 }

@@ -179,7 +179,7 @@ impl<W: Write + Seek> VdbWriter<W> {
         out.extend(flags.to_le_bytes());
         let known = self.known_metadata(header);
         // Statistics come last and have fixed lengths, because they are known at the end.
-        let mut own = Vec::new();
+        let mut metadata_bytes = Vec::new();
         metadata::write(
             &[
                 known,
@@ -187,11 +187,11 @@ impl<W: Write + Seek> VdbWriter<W> {
                 statistics_metadata(&statistics),
             ]
             .concat(),
-            &mut own,
+            &mut metadata_bytes,
         );
-        let patched =
-            self.at + (out.len() + own.len()) as u64 - statistics_bytes(&statistics).len() as u64;
-        out.extend(own);
+        let patched = self.at + (out.len() + metadata_bytes.len()) as u64
+            - statistics_bytes(&statistics).len() as u64;
+        out.extend(metadata_bytes);
         metadata::write_transform(&header.transform, &mut out);
         out.extend(1i32.to_le_bytes());
         let rounded = |value: V| match self.options.is_half {
@@ -221,7 +221,7 @@ impl<W: Write + Seek> VdbWriter<W> {
     /// Returns the name and the type of the next grid.
     fn descriptor<V: Voxel>(&mut self, name: &str) -> Vec<u8> {
         let mut out = Vec::new();
-        let count = self.names.iter().filter(|own| *own == name).count();
+        let count = self.names.iter().filter(|other| *other == name).count();
         let unique = match count {
             0 => name.to_owned(),
             n => format!("{name}\u{1e}{n}"),
@@ -295,29 +295,29 @@ struct BegunGrid<V> {
     statistics: TreeStatistics,
 }
 
-fn statistics_metadata(own: &TreeStatistics) -> Metadata {
-    let [low, high] = if own.active_voxels == 0 {
+fn statistics_metadata(statistics: &TreeStatistics) -> Metadata {
+    let [low, high] = if statistics.active_voxels == 0 {
         [[0; 3]; 2]
     } else {
-        own.bounds
+        statistics.bounds
     };
-    let leaves = own.nodes[0].saturating_mul(2144);
-    let bytes = leaves + own.nodes[1] * 33_856 + own.nodes[2] * 270_400;
+    let leaves = statistics.nodes[0].saturating_mul(2144);
+    let bytes = leaves + statistics.nodes[1] * 33_856 + statistics.nodes[2] * 270_400;
     vec![
         ("file_bbox_min".to_owned(), MetaValue::Vec3i(low)),
         ("file_bbox_max".to_owned(), MetaValue::Vec3i(high)),
         (
             "file_voxel_count".to_owned(),
-            MetaValue::Int64(own.active_voxels as i64),
+            MetaValue::Int64(statistics.active_voxels as i64),
         ),
         ("file_mem_bytes".to_owned(), MetaValue::Int64(bytes as i64)),
     ]
 }
 
 /// Returns the entries of the statistics, without their count.
-fn statistics_bytes(own: &TreeStatistics) -> Vec<u8> {
+fn statistics_bytes(statistics: &TreeStatistics) -> Vec<u8> {
     let mut bytes = Vec::new();
-    metadata::write(&statistics_metadata(own), &mut bytes);
+    metadata::write(&statistics_metadata(statistics), &mut bytes);
     bytes.split_off(4)
 }
 

@@ -19,7 +19,7 @@ pub(super) struct FoundCell<'a> {
     pub has_surface: bool,
     brick: TileBrick<'a>,
     /// The brick's cell, and how many levels coarser it is. With surface, it is a plane then, or a tile is missing.
-    own: IVec3,
+    stored_cell: IVec3,
     up: u32,
     encoding: Encoding,
 }
@@ -32,9 +32,9 @@ impl FoundCell<'_> {
 
     /// Returns the 9³ distances in voxels of the wanted level.
     pub(super) fn distances(&self) -> Vec<f32> {
-        let own: Vec<f32> = self.brick.distances(&self.encoding).collect();
+        let stored: Vec<f32> = self.brick.distances(&self.encoding).collect();
         if self.up == 0 {
-            return own;
+            return stored;
         }
         let scale = (1u32 << self.up) as f32;
         let side = CELL + 1;
@@ -45,8 +45,9 @@ impl FoundCell<'_> {
                 let first = at.floor().min(Vec3::splat(7.0));
                 let share = at - first;
                 let [x, y, z] = first.to_array().map(|n| n as usize);
-                let value =
-                    |i: usize, j: usize, k: usize| own[(x + i) + side * ((y + j) + side * (z + k))];
+                let value = |i: usize, j: usize, k: usize| {
+                    stored[(x + i) + side * ((y + j) + side * (z + k))]
+                };
                 let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
                 let row = |j, k| mix(value(0, j, k), value(1, j, k), share.x);
                 let layer = |k| mix(row(0, k), row(1, k), share.y);
@@ -57,7 +58,7 @@ impl FoundCell<'_> {
 
     /// Converts a position in the cell, in its voxels, to one in the brick, in the brick's.
     fn inner(&self, at: Vec3) -> Vec3 {
-        let first = (CELL as i32 * (self.cell - (self.own << self.up))).as_vec3();
+        let first = (CELL as i32 * (self.cell - (self.stored_cell << self.up))).as_vec3();
         (first + at) / (1u32 << self.up) as f32
     }
 
@@ -131,23 +132,23 @@ impl<'a> CellReader<'a> {
     fn descend(
         &mut self,
         own_level: u32,
-        own: IVec3,
+        stored_cell: IVec3,
         above: Option<TileBrick<'_>>,
         (level, range): (u32, [IVec3; 2]),
         visit: &mut dyn FnMut(&FoundCell<'_>),
     ) {
         let up = own_level - level;
-        let begin = (own << up).max(range[0]);
-        let end = ((own + 1) << up).min(range[1]);
+        let begin = (stored_cell << up).max(range[0]);
+        let end = ((stored_cell + 1) << up).min(range[1]);
         if begin.cmpge(end).any() {
             return;
         }
-        let tile = self.tile(own_level, own);
+        let tile = self.tile(own_level, stored_cell);
         // Of a tile that is missing nothing is known but that the surface is here.
         let is_missing = tile.is_none();
         let found = tile
             .as_ref()
-            .and_then(|tile| tile.cell(own_level, own.to_array()));
+            .and_then(|tile| tile.cell(own_level, stored_cell.to_array()));
         let brick = match found {
             Some(TileCell::Brick(brick)) => Some(brick),
             Some(TileCell::Away) | None => None,
@@ -158,14 +159,14 @@ impl<'a> CellReader<'a> {
         {
             for octant in 0..8 {
                 let place = IVec3::new(octant & 1, octant >> 1 & 1, octant >> 2);
-                let finer = 2 * own + place;
+                let finer = 2 * stored_cell + place;
                 self.descend(own_level - 1, finer, Some(brick), (level, range), visit);
             }
             return;
         }
-        let (brick, own, up, has_surface) = match (brick, above) {
-            (Some(brick), _) => (brick, own, up, true),
-            (None, Some(above)) => (above, own >> 1, up + 1, is_missing),
+        let (brick, stored_cell, up, has_surface) = match (brick, above) {
+            (Some(brick), _) => (brick, stored_cell, up, true),
+            (None, Some(above)) => (above, stored_cell >> 1, up + 1, is_missing),
             (None, None) => return,
         };
         let encoding = *self.layout.level(0).encoding();
@@ -176,7 +177,7 @@ impl<'a> CellReader<'a> {
                         cell: IVec3::new(x, y, z),
                         has_surface,
                         brick,
-                        own,
+                        stored_cell,
                         up,
                         encoding,
                     });
@@ -241,9 +242,9 @@ impl Samples {
     /// `values` are those before.
     #[cfg(feature = "zarr")]
     pub(super) fn mend(&mut self, values: &[f32], band: f32) {
-        for ((own, before), far) in self.values.iter_mut().zip(values).zip(&self.far) {
+        for ((value, before), far) in self.values.iter_mut().zip(values).zip(&self.far) {
             if before.is_nan() && !far.is_nan() {
-                *own = far.abs().min(band).copysign(*own);
+                *value = far.abs().min(band).copysign(*value);
             }
         }
     }
@@ -267,14 +268,14 @@ impl Samples {
         distances: &[f32],
         to: impl Fn(&mut Self) -> &mut Vec<f32>,
     ) {
-        for (row, own) in distances.chunks_exact(CELL + 1).enumerate() {
+        for (row, row_distances) in distances.chunks_exact(CELL + 1).enumerate() {
             let place = [
                 CELL * cell[0],
                 CELL * cell[1] + row % (CELL + 1),
                 CELL * cell[2] + row / (CELL + 1),
             ];
             let first = self.at(place);
-            to(self)[first..first + CELL + 1].copy_from_slice(own);
+            to(self)[first..first + CELL + 1].copy_from_slice(row_distances);
         }
     }
 

@@ -92,12 +92,12 @@ fn below((level, place): Place, levels: u32) -> impl Iterator<Item = Place> {
     (0..1u32 << (3 * levels)).map(move |code| {
         let mut inner = [0; 3];
         for bit in 0..levels {
-            for (axis, own) in inner.iter_mut().enumerate() {
-                *own |= (code >> (3 * bit + axis as u32) & 1) << bit;
+            for (axis, coordinate) in inner.iter_mut().enumerate() {
+                *coordinate |= (code >> (3 * bit + axis as u32) & 1) << bit;
             }
         }
-        let own = [0, 1, 2].map(|axis| (place[axis] << levels) + inner[axis]);
-        (level + levels, own)
+        let finer = [0, 1, 2].map(|axis| (place[axis] << levels) + inner[axis]);
+        (level + levels, finer)
     })
 }
 

@@ -124,15 +124,15 @@ impl StoredWorld {
                 .collect();
             let made = made?;
             let mut finer = Vec::new();
-            for (&(_, chunk), own) in chunks.iter().zip(&made) {
-                missing.extend(own.missing.iter().copied());
-                if !own.has_surface {
+            for (&(_, chunk), content) in chunks.iter().zip(&made) {
+                missing.extend(content.missing.iter().copied());
+                if !content.has_surface {
                     continue;
                 }
-                all.add(frame.place((level, chunk)), own.glb.is_some());
-                report.files += u64::from(own.glb.is_some());
-                report.triangles += own.triangles;
-                if own.is_refined && level > finest {
+                all.add(frame.place((level, chunk)), content.glb.is_some());
+                report.files += u64::from(content.glb.is_some());
+                report.triangles += content.triangles;
+                if content.is_refined && level > finest {
                     let octants = (0..8).map(|i| IVec3::new(i & 1, i >> 1 & 1, i >> 2));
                     finer.extend(octants.map(|place| (level - 1, 2 * chunk + place)));
                 }
@@ -222,17 +222,17 @@ fn mesh_of(
     // With a cell more at each side, for normals.
     let mut around = Samples::new(CELLS as usize + 2);
     let (mut has_surface, mut is_refined) = (false, false);
-    reader.visit(level, [first - 1, first + CELLS + 1], &mut |own| {
-        if !own.has_surface {
+    reader.visit(level, [first - 1, first + CELLS + 1], &mut |cell| {
+        if !cell.has_surface {
             return;
         }
-        let distances = own.distances();
-        let inner = own.cell - first;
+        let distances = cell.distances();
+        let inner = cell.cell - first;
         around.put((inner + 1).to_array().map(|c| c as usize), &distances);
         if inner.cmpge(IVec3::ZERO).all() && inner.cmplt(IVec3::splat(CELLS)).all() {
             samples.put(inner.to_array().map(|c| c as usize), &distances);
             has_surface = true;
-            is_refined |= own.is_refined();
+            is_refined |= cell.is_refined();
         }
     });
     let mut made = Made {
@@ -327,11 +327,11 @@ fn materials(
         of_cells.entry(cell).or_default().push(index);
     }
     let mut found = vec![default; mesh.positions.len()];
-    reader.visit(level, [first, first + CELLS], &mut |own| {
-        let inner = own.cell - first;
+    reader.visit(level, [first, first + CELLS], &mut |found_cell| {
+        let inner = found_cell.cell - first;
         for &index in of_cells.get(&inner).into_iter().flatten() {
             let at = mesh.positions[index] - (CELL as i32 * inner).as_vec3();
-            let material = own.material(at, mesh.normals[index], palette);
+            let material = found_cell.material(at, mesh.normals[index], palette);
             found[index] = material.unwrap_or(default);
         }
     });

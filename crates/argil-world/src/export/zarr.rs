@@ -42,8 +42,8 @@ struct Level {
 
 impl Level {
     fn of(layout: &LevelsLayout, level: u32) -> Self {
-        let own = layout.level(level);
-        let grid = *own.voxel_grid();
+        let layout_of_level = layout.level(level);
+        let grid = *layout_of_level.voxel_grid();
         // Whole cells. Without the corners at the end, which no cell of a shard of their own would hold.
         let begin = CELL as i32 * (grid.begin >> 3);
         let end = grid.begin + grid.size.as_ivec3();
@@ -172,12 +172,12 @@ fn values_of(
 ) -> Option<Vec<f32>> {
     let first = (level.begin + SHARD * shard) / CELL as i32;
     let mut samples = Samples::new(CELLS as usize);
-    reader.visit(level.level, [first, first + CELLS], &mut |own| {
-        let inner = (own.cell - first).to_array().map(|c| c as usize);
-        if own.has_surface {
-            samples.put(inner, &own.distances());
+    reader.visit(level.level, [first, first + CELLS], &mut |cell| {
+        let inner = (cell.cell - first).to_array().map(|c| c as usize);
+        if cell.has_surface {
+            samples.put(inner, &cell.distances());
         } else {
-            samples.put_far(inner, &own.distances());
+            samples.put_far(inner, &cell.distances());
         }
     });
     let side = SHARD as usize;
@@ -201,8 +201,8 @@ fn values_of(
     let mut values = Vec::with_capacity(side * side * side);
     for row in 0..side * side {
         let from = all * (row % side + all * (row / side));
-        let own = &found[from..from + side];
-        values.extend(own.iter().map(|value| level.voxel_size * value));
+        let distances = &found[from..from + side];
+        values.extend(distances.iter().map(|value| level.voxel_size * value));
     }
     Some(values)
 }

@@ -31,8 +31,8 @@ pub(crate) fn run(frames: u32) -> Result<[GpuCounters; 2], Fault> {
     });
     let target_view = target.create_view(&Default::default());
     let mut renderer = Renderer::new(&device, FORMAT, RendererOptions::default());
-    let own = Sculpture::new(&device, &queue, FORMAT)?;
-    renderer.callback_resources.insert(own);
+    let sculpture = Sculpture::new(&device, &queue, FORMAT)?;
+    renderer.callback_resources.insert(sculpture);
     let (context, mut view) = (egui::Context::default(), View::default());
     let screen = ScreenDescriptor {
         size_in_pixels: SIZE,
@@ -79,8 +79,8 @@ pub(crate) fn run(frames: u32) -> Result<[GpuCounters; 2], Fault> {
         SIZE,
         &picture(&device, &queue, &target)?,
     )?;
-    let own = renderer.callback_resources.get::<Sculpture>();
-    Ok(own.ok_or("no world")?.counts())
+    let sculpture = renderer.callback_resources.get::<Sculpture>();
+    Ok(sculpture.ok_or("no world")?.counts())
 }
 
 /// Downloads a target.

@@ -46,8 +46,8 @@ fn windowed() -> Result<(), Fault> {
     }
     let begin = |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, Fault> {
         let state = cc.wgpu_render_state.as_ref().ok_or("egui has no device")?;
-        let own = Sculpture::new(&state.device, &state.queue, state.target_format)?;
-        state.renderer.write().callback_resources.insert(own);
+        let sculpture = Sculpture::new(&state.device, &state.queue, state.target_format)?;
+        state.renderer.write().callback_resources.insert(sculpture);
         Ok(Box::new(View::default()))
     };
     let shown = eframe::run_native("Argil in egui", options, Box::new(begin));

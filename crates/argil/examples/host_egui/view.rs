@@ -61,8 +61,8 @@ impl CallbackTrait for Draw {
         encoder: &mut egui_wgpu::wgpu::CommandEncoder,
         resources: &mut egui_wgpu::CallbackResources,
     ) -> Vec<egui_wgpu::wgpu::CommandBuffer> {
-        if let Some(own) = resources.get_mut::<Sculpture>()
-            && let Err(fault) = own.encode(self, encoder)
+        if let Some(sculpture) = resources.get_mut::<Sculpture>()
+            && let Err(fault) = sculpture.encode(self, encoder)
         {
             eprintln!("{fault}");
         }
@@ -75,8 +75,8 @@ impl CallbackTrait for Draw {
         pass: &mut egui_wgpu::wgpu::RenderPass<'static>,
         resources: &egui_wgpu::CallbackResources,
     ) {
-        if let Some(own) = resources.get::<Sculpture>() {
-            own.composite(pass);
+        if let Some(sculpture) = resources.get::<Sculpture>() {
+            sculpture.composite(pass);
         }
     }
 }

@@ -57,8 +57,12 @@ impl Renderer {
             ..Default::default()
         });
         let adapter = pollster::block_on(asked)?;
-        let formats = surface.map(|own| own.get_capabilities(&adapter).formats);
-        let format = formats.iter().flatten().find(|own| own.is_srgb());
+        let formats =
+            surface.map(|surface_formats| surface_formats.get_capabilities(&adapter).formats);
+        let format = formats
+            .iter()
+            .flatten()
+            .find(|candidate| candidate.is_srgb());
         let format = *format.unwrap_or(&wgpu::TextureFormat::Rgba8UnormSrgb);
         let wished = adapter.features() & Gpu::wished_features();
         let opened = adapter.request_device(&wgpu::DeviceDescriptor {

@@ -59,14 +59,14 @@ impl Opened {
         let surface = instance.create_surface(window.clone())?;
         let host = Renderer::new(&instance, Some(&surface), teapot)?;
         let carving = Carving::new(&host.device, &host.queue, &host.targets())?;
-        let mut own = Self {
+        let mut window_state = Self {
             window,
             surface,
             host,
             carving,
         };
-        own.resize();
-        Ok(own)
+        window_state.resize();
+        Ok(window_state)
     }
 
     fn resize(&mut self) {

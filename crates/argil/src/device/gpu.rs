@@ -423,7 +423,7 @@ impl Device for GpuDevice {
         if let GpuStorage::Volume(volume) = &mut self.storage {
             let within = work
                 .within
-                .map(|own| own.saturating_sub(work.start.elapsed()));
+                .map(|limit| limit.saturating_sub(work.start.elapsed()));
             let submission = (within, work.encoder);
             let budget = work.memory_budget;
             let edited = volume.edit(&self.program, live, edits, budget, submission);

@@ -39,7 +39,9 @@ impl ExportFormat {
     /// Returns the format of a file name's extension.
     pub fn from_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_lowercase();
-        Self::ALL.into_iter().find(|own| own.extension() == ending)
+        Self::ALL
+            .into_iter()
+            .find(|format| format.extension() == ending)
     }
 
     /// Returns the extension of file names, in lower case.

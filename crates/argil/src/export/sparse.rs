@@ -31,10 +31,11 @@ pub(super) fn write(
     for part in baker.parts() {
         let leaves = baker.bake(part, options.colors, control);
         world.check_export_cancelled()?;
-        let (own, of_colors): (Vec<_>, Vec<_>) =
+        let (of_distances, of_colors): (Vec<_>, Vec<_>) =
             leaves.into_par_iter().map(|leaf| split(leaf, band)).unzip();
-        if !own.is_empty() {
-            tree.uppers.push(Upper::from_leaves(part, band, own));
+        if !of_distances.is_empty() {
+            tree.uppers
+                .push(Upper::from_leaves(part, band, of_distances));
         }
         let of_colors: Vec<_> = of_colors.into_iter().flatten().collect();
         if !of_colors.is_empty() {

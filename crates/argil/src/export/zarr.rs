@@ -161,13 +161,13 @@ impl Level {
             begin,
             size: (self.size - begin).min(UVec3::splat(SHARD)),
         };
-        let own = sample(world, layout, options.class, &part);
+        let samples = sample(world, layout, options.class, &part);
         let side = SHARD as usize;
         let mut values = vec![f32::NAN; side * side * side];
         let [nx, ny] = [part.size.x as usize, part.size.y as usize];
-        for (row, own) in own.chunks(nx).enumerate() {
+        for (row, row_samples) in samples.chunks(nx).enumerate() {
             let first = (row / ny * side + row % ny) * side;
-            values[first..first + nx].copy_from_slice(own);
+            values[first..first + nx].copy_from_slice(row_samples);
         }
         values
     }

@@ -60,8 +60,8 @@ impl RepresentationOptions for OctreeOptions {
             depth: None,
             ..settings
         };
-        let is_usual =
-            OctreeLayout::new(voxel_grid, &free).is_ok_and(|own| Some(own.depth) == settings.depth);
+        let is_usual = OctreeLayout::new(voxel_grid, &free)
+            .is_ok_and(|layout| Some(layout.depth) == settings.depth);
         Some(Self {
             resolution: voxel_grid.size.max_element(),
             settings: if is_usual { free } else { settings },

@@ -34,7 +34,8 @@ const PROBE_COUNT: u16 = 16;
 /// Returns the box of the solid. For an animated scene, it is the union of boxes at equally spaced times.
 pub(crate) fn sampled_box(scene: &Scene, program: &Program) -> Aabb {
     // A scene that cannot be lowered at that time is reported when it is rendered.
-    let at_time = |moved: &Scene| Program::lower(moved).map_or(Aabb::EMPTY, |own| own.aabb());
+    let at_time =
+        |moved: &Scene| Program::lower(moved).map_or(Aabb::EMPTY, |lowered| lowered.aabb());
     program.aabb().union(union_over_time(scene, at_time))
 }
 

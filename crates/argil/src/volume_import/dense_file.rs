@@ -52,9 +52,9 @@ impl RawType {
     /// Reads numbers, little-endian or big-endian.
     fn numbers(self, bytes: &[u8], is_big: bool) -> Vec<f32> {
         let size = self.bytes();
-        let number = |own: &[u8]| {
+        let number = |digits: &[u8]| {
             let mut word = [0; 8];
-            for (i, byte) in own.iter().enumerate() {
+            for (i, byte) in digits.iter().enumerate() {
                 word[if is_big { size - 1 - i } else { i }] = *byte;
             }
             let [a, b, c, d, ..] = word;
@@ -174,14 +174,14 @@ fn npy(bytes: &[u8]) -> Result<Header<'_>, String> {
         .ok_or("not a NumPy array: its first bytes are those of another format")?;
     let (begin, length) = match rest.first().ok_or(SHORT)? {
         1 => {
-            let own = rest.get(2..4).ok_or(SHORT)?;
-            (4, usize::from(u16::from_le_bytes([own[0], own[1]])))
+            let count = rest.get(2..4).ok_or(SHORT)?;
+            (4, usize::from(u16::from_le_bytes([count[0], count[1]])))
         }
         _ => {
-            let own = rest.get(2..6).ok_or(SHORT)?;
+            let length = rest.get(2..6).ok_or(SHORT)?;
             (
                 6,
-                u32::from_le_bytes([own[0], own[1], own[2], own[3]]) as usize,
+                u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize,
             )
         }
     };
@@ -252,7 +252,7 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
     // Lines end as those of either system.
     let end = (0..bytes.len().min(1 << 16)).find_map(|at| {
         let rest = &bytes[at..];
-        let is_end = |own: &[u8]| rest.starts_with(own).then_some((at, at + own.len()));
+        let is_end = |mark: &[u8]| rest.starts_with(mark).then_some((at, at + mark.len()));
         is_end(b"\n\n").or_else(|| is_end(b"\r\n\r\n"))
     });
     let (end, begin) = end.ok_or("the header is truncated")?;
@@ -270,7 +270,7 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
         );
     }
     for name in ["byte skip", "byteskip", "line skip", "lineskip"] {
-        if field(name).is_some_and(|own| own != "0") {
+        if field(name).is_some_and(|skipped| skipped != "0") {
             return Err(format!(
                 "\"{name}\" is not supported: save it again, without anything before the data"
             ));
@@ -301,11 +301,11 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
     };
     let voxel_size = match (field("space directions"), field("spacings")) {
         (Some(text), _) => {
-            let own = numbers(&text);
-            let [a, _, _, _, b, _, _, _, c] = own[..] else {
+            let axes = numbers(&text);
+            let [a, _, _, _, b, _, _, _, c] = axes[..] else {
                 return Err("\"space directions\" must have three vectors".into());
             };
-            let off: f32 = [1, 2, 3, 5, 6, 7].iter().map(|&i| own[i].abs()).sum();
+            let off: f32 = [1, 2, 3, 5, 6, 7].iter().map(|&i| axes[i].abs()).sum();
             Some(cube([a, b, c], off)?)
         }
         (None, Some(text)) => match numbers(&text)[..] {
@@ -320,16 +320,16 @@ fn nrrd(bytes: &[u8]) -> Result<Header<'_>, String> {
         shape: [x, y, z],
         is_z_fastest: false,
         number,
-        is_big: field("endian").is_some_and(|own| own == "big"),
+        is_big: field("endian").is_some_and(|value| value == "big"),
         voxel_size,
-        origin: origin.and_then(|own| <[f32; 3]>::try_from(own).ok()),
+        origin: origin.and_then(|coordinates| <[f32; 3]>::try_from(coordinates).ok()),
         values: &bytes[begin..],
     })
 }
 
 /// Returns the edge of voxels that are cubes along the axes.
 fn cube([a, b, c]: [f32; 3], off: f32) -> Result<f32, String> {
-    let near = |own: f32| (own - a).abs() <= 1e-4 * a;
+    let near = |length: f32| (length - a).abs() <= 1e-4 * a;
     if a > 0.0 && near(b) && near(c) && off <= 1e-4 * a {
         return Ok(a);
     }

@@ -171,8 +171,8 @@ impl DistanceSampler for Distances<'_> {
 fn clamped_from(lattice: &Lattice) -> [f32; 2] {
     let mut most = [0.0f32; 2];
     lattice.for_each_known(|_, value| {
-        let own = &mut most[usize::from(value < 0.0)];
-        *own = own.max(value.abs());
+        let extreme = &mut most[usize::from(value < 0.0)];
+        *extreme = extreme.max(value.abs());
     });
     most.map(|most| {
         let limit = CLAMPED * most / lattice.voxel_size;
@@ -196,10 +196,10 @@ fn surface_points(
     let strides = [1, SIDE, SIDE * SIDE];
     // Toward the surface, so that the other side of a thin wall does not count.
     let slope = |place: usize| {
-        let own = values[place].0;
-        let sign = if own < 0.0 { -1.0 } else { 1.0 };
+        let here = values[place].0;
+        let sign = if here < 0.0 { -1.0 } else { 1.0 };
         let nearer = |(other, is_known): (f32, bool)| match is_known {
-            true => (sign * (own - other)).max(0.0),
+            true => (sign * (here - other)).max(0.0),
             false => 0.0,
         };
         let slope = strides.map(|stride| {

@@ -53,15 +53,15 @@ impl DenseValues {
 
     /// Returns the value of an index, and whether it is one of the file.
     fn value(&self, index: IVec3, voxel_size: f32) -> (f32, bool) {
-        let own = self.values[self.place(index)];
+        let nearest = self.values[self.place(index)];
         match self.outside {
             Some(outside) if !self.holds(index) => (outside, false),
-            Some(_) => (own, true),
+            Some(_) => (nearest, true),
             None => {
                 let half = 0.5 * (self.size - 1).as_vec3();
                 let beyond = ((index - self.low).as_vec3() - half).abs() - half;
                 let to_side = beyond.max(Vec3::ZERO).length() + beyond.max_element().min(0.0);
-                (own.max(voxel_size * to_side), true)
+                (nearest.max(voxel_size * to_side), true)
             }
         }
     }
@@ -72,7 +72,7 @@ impl Lattice {
     pub(super) fn value(&self, index: IVec3) -> (f32, bool) {
         match &self.samples {
             Samples::Sparse(tree) => tree.value_and_state(index.to_array()),
-            Samples::Dense(own) => own.value(index, self.voxel_size),
+            Samples::Dense(dense) => dense.value(index, self.voxel_size),
         }
     }
 
@@ -80,9 +80,9 @@ impl Lattice {
     pub(super) fn known_boxes(&self) -> Vec<IVec3> {
         match &self.samples {
             Samples::Sparse(tree) => tree.leaves().map(|leaf| leaf.origin.into()).collect(),
-            Samples::Dense(own) => {
-                let first = own.low.map(|c| c & -8);
-                let last = (own.low + own.size - 1).map(|c| c & -8);
+            Samples::Dense(dense) => {
+                let first = dense.low.map(|c| c & -8);
+                let last = (dense.low + dense.size - 1).map(|c| c & -8);
                 let along = |axis: usize| (first[axis]..=last[axis]).step_by(8);
                 let rows = along(0).flat_map(|x| along(1).map(move |y| (x, y)));
                 rows.flat_map(|(x, y)| along(2).map(move |z| IVec3::new(x, y, z)))
@@ -120,9 +120,9 @@ impl Lattice {
                                 let [a, b, c] =
                                     (begin + IVec3::new(ix, iy, iz) - origin).to_array();
                                 let place = (8 * (8 * a + b) + c) as usize;
-                                let own = leaf.map(|l| (l.values[place], l.active.is_on(place)));
+                                let stored = leaf.map(|l| (l.values[place], l.active.is_on(place)));
                                 let at = (iz * side + iy) * side + ix;
-                                out[at as usize] = own.unwrap_or(tile);
+                                out[at as usize] = stored.unwrap_or(tile);
                             }
                         }
                     }
@@ -135,7 +135,7 @@ impl Lattice {
     pub(super) fn known_voxels(&self) -> u64 {
         match &self.samples {
             Samples::Sparse(tree) => tree.active_voxels(),
-            Samples::Dense(own) => own.values.len() as u64,
+            Samples::Dense(dense) => dense.values.len() as u64,
         }
     }
 
@@ -170,10 +170,10 @@ impl Lattice {
                     }
                 }
             }
-            Samples::Dense(own) => {
-                let places = own.values.iter().enumerate();
+            Samples::Dense(dense) => {
+                let places = dense.values.iter().enumerate();
                 for (place, _) in places.filter(|(_, value)| **value < 0.0) {
-                    hold(own.index(place), own.index(place));
+                    hold(dense.index(place), dense.index(place));
                 }
             }
         }
@@ -193,9 +193,9 @@ impl Lattice {
                     }
                 }
             }
-            Samples::Dense(own) => {
-                for (place, &value) in own.values.iter().enumerate() {
-                    f(own.index(place), value);
+            Samples::Dense(dense) => {
+                for (place, &value) in dense.values.iter().enumerate() {
+                    f(dense.index(place), value);
                 }
             }
         }
@@ -211,7 +211,7 @@ impl Lattice {
                 ));
             }
             Samples::Sparse(tree) => for_each_value(tree, &|value| value - iso),
-            Samples::Dense(own) => own.values.par_iter_mut().for_each(|value| *value -= iso),
+            Samples::Dense(dense) => dense.values.par_iter_mut().for_each(|value| *value -= iso),
         }
         Ok(self)
     }
@@ -223,9 +223,12 @@ impl Lattice {
                 tree.background *= factor;
                 for_each_value(tree, &|value| value * factor);
             }
-            Samples::Dense(own) => {
-                own.outside = own.outside.map(|value| value * factor);
-                own.values.par_iter_mut().for_each(|value| *value *= factor);
+            Samples::Dense(dense) => {
+                dense.outside = dense.outside.map(|value| value * factor);
+                dense
+                    .values
+                    .par_iter_mut()
+                    .for_each(|value| *value *= factor);
             }
         }
     }
@@ -237,22 +240,22 @@ impl Lattice {
 
     /// Whether the sides of an array cut its solid off.
     pub(super) fn is_cut(&self) -> bool {
-        matches!(&self.samples, Samples::Dense(own) if own.outside.is_none())
+        matches!(&self.samples, Samples::Dense(dense) if dense.outside.is_none())
     }
 
     /// Sets whether the sides of an array cut its solid off. Otherwise, what is beyond is outside, at no known distance.
     pub(super) fn set_cut(&mut self, is_cut: bool) {
-        if let Samples::Dense(own) = &mut self.samples {
-            own.outside = (!is_cut).then_some(f32::MAX);
+        if let Samples::Dense(dense) = &mut self.samples {
+            dense.outside = (!is_cut).then_some(f32::MAX);
         }
     }
 
     /// Returns distances to the surface where densities are `iso`, or half of the largest. They are estimated from the
     /// slope of the densities, and known next to the surface.
     pub(super) fn of_densities(mut self, iso: Option<f32>) -> Result<Self, String> {
-        if let Samples::Dense(own) = &mut self.samples {
-            let least = own.values.iter().copied().fold(f32::INFINITY, f32::min);
-            own.outside = Some(least.min(0.0));
+        if let Samples::Dense(dense) = &mut self.samples {
+            let least = dense.values.iter().copied().fold(f32::INFINITY, f32::min);
+            dense.outside = Some(least.min(0.0));
         }
         let mut most = f32::NEG_INFINITY;
         self.for_each_known(|_, value| most = most.max(value));
@@ -263,19 +266,19 @@ impl Lattice {
         let voxel = self.voxel_size;
         let of = |index: IVec3| {
             let value = |offset: IVec3| self.value(index + offset).0 - iso;
-            let own = value(IVec3::ZERO);
+            let middle = value(IVec3::ZERO);
             let mut square = 0.0;
             let mut is_near = false;
             for axis in IVec3::AXES {
                 let [before, after] = [value(-axis), value(axis)];
                 square += (0.5 * (after - before)).powi(2);
-                is_near |= (before > 0.0) != (own > 0.0) || (after > 0.0) != (own > 0.0);
+                is_near |= (before > 0.0) != (middle > 0.0) || (after > 0.0) != (middle > 0.0);
             }
             let slope = square.sqrt();
             let distance = if slope > 0.0 {
-                -own / slope
+                -middle / slope
             } else {
-                -own.signum()
+                -middle.signum()
             };
             // Farther than the next voxel, the slope says little.
             (voxel * distance.clamp(-1.2, 1.2), is_near)

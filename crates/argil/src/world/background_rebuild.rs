@@ -204,7 +204,7 @@ impl RebuiltWorld {
         let info = self.device.info().await?;
         let bricks = info
             .and_then(|info| info.bricks)
-            .map_or(0, |own| own.bricks);
+            .map_or(0, |known| known.bricks);
         self.edits.record_rebuild(bricks, Default::default());
         Ok(())
     }

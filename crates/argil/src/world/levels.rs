@@ -84,12 +84,12 @@ impl World {
         let light = light.into_iter().filter(|_| is_lit);
         for (shrink, mode) in normals.into_iter().chain(light) {
             let usual = self.set_pixel_error(|usual| usual / shrink as f32);
-            let own = RenderSettings {
+            let shrunk = RenderSettings {
                 mode,
                 size: settings.size.map(|side| side.div_ceil(shrink)),
                 ..*settings
             };
-            let passes = self.refine_passes(camera, &own).await;
+            let passes = self.refine_passes(camera, &shrunk).await;
             self.set_pixel_error(|_| usual);
             done += passes?;
         }
@@ -105,9 +105,9 @@ impl World {
         let mut done = FillStats::default();
         for _ in 0..MAX_PASSES {
             self.render_async(camera, settings).await?;
-            let own = self.fill_pages(f64::INFINITY)?;
-            done += own;
-            if own.answered == 0 && !own.is_full {
+            let filled = self.fill_pages(f64::INFINITY)?;
+            done += filled;
+            if filled.answered == 0 && !filled.is_full {
                 break;
             }
         }

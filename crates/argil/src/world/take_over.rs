@@ -62,7 +62,10 @@ impl World {
         scene: &Scene,
         start: Instant,
     ) -> Option<EditReport> {
-        let rebuild = self.rebuild.as_mut().filter(|own| !own.is_finished())?;
+        let rebuild = self
+            .rebuild
+            .as_mut()
+            .filter(|running| !running.is_finished())?;
         if self.engine.control.is_cancelled() {
             rebuild.cancel();
         }

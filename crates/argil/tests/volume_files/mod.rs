@@ -209,7 +209,7 @@ fn colors_are_a_second_grid() {
 #[test]
 fn a_level_set_comes_back_as_a_shape() {
     let folder = tempfile::tempdir().expect("a folder");
-    let own = world(&solid());
+    let original = world(&solid());
     for (name, bits) in [("a.vdb", 32), ("b.nvdb", 32), ("c.vdb", 16), ("d.nvdb", 8)] {
         let path = folder.path().join(name);
         let how = ExportOptions {
@@ -217,7 +217,7 @@ fn a_level_set_comes_back_as_a_shape() {
             keep_bounds: true,
             ..options()
         };
-        let voxel = own.export(&path, &how).expect("a file").voxel_size;
+        let voxel = original.export(&path, &how).expect("a file").voxel_size;
         let back = read_volume(&path, &VolumeReadOptions::default()).expect("a volume");
         assert!(!back.is_fog && back.name == "surface" && back.voxel_size == voxel);
         assert!(back.grid.lipschitz() < 4.0, "{}", back.grid.lipschitz());
@@ -235,7 +235,7 @@ fn a_level_set_comes_back_as_a_shape() {
         let mut near = 0;
         for index in indices() {
             let point = index.map(|c| voxel * c as f32);
-            let (exact, found) = (own.distance(point), copy.distance(point));
+            let (exact, found) = (original.distance(point), copy.distance(point));
             if exact.abs() < 1.9 * voxel {
                 near += 1;
                 assert!(
@@ -256,13 +256,13 @@ fn a_level_set_comes_back_as_a_shape() {
 #[test]
 fn densities_come_back_as_a_shape() {
     let folder = tempfile::tempdir().expect("a folder");
-    let own = world(&solid());
+    let original = world(&solid());
     let path = folder.path().join("fog.vdb");
     let how = ExportOptions {
         class: ExportClass::Fog,
         ..options()
     };
-    let voxel = own.export(&path, &how).expect("a file").voxel_size;
+    let voxel = original.export(&path, &how).expect("a file").voxel_size;
     // Half of the density lies a voxel and a half inside.
     let back = read_volume(&path, &VolumeReadOptions::default()).expect("a volume");
     assert!(back.is_fog);
@@ -283,10 +283,10 @@ fn densities_come_back_as_a_shape() {
 #[test]
 fn dense_files_come_back_as_shapes() {
     let folder = tempfile::tempdir().expect("a folder");
-    let own = world(&solid());
+    let original = world(&solid());
     for name in ["a.npy", "a.nrrd", "a.raw"] {
         let path = folder.path().join(name);
-        let report = own.export(&path, &options()).expect("a file");
+        let report = original.export(&path, &options()).expect("a file");
         let [low, high] = report.bounds.expect("a box");
         let origin = low.map(|c| report.voxel_size * c as f32);
         let mut how = VolumeReadOptions::default();
@@ -305,7 +305,7 @@ fn dense_files_come_back_as_shapes() {
             .expect("a brush");
         let copy = world(&scene);
         for point in [[-0.5, 0.1, 0.1], [0.3, -0.4, 0.2], [-0.3, 0.1, 0.3]] {
-            let (exact, found) = (own.distance(point), copy.distance(point));
+            let (exact, found) = (original.distance(point), copy.distance(point));
             assert!(
                 (exact - found).abs() < 0.1 * report.voxel_size,
                 "{name} {point:?}: {found} for {exact}"

@@ -61,9 +61,9 @@ fn files_without_a_solid_are_refused() {
         let error = read_volume(&path, how).expect_err("refused");
         let mut text = error.to_string();
         let mut source = std::error::Error::source(&error);
-        while let Some(own) = source {
-            text += &format!(": {own}");
-            source = own.source();
+        while let Some(cause) = source {
+            text += &format!(": {cause}");
+            source = cause.source();
         }
         assert!(text.contains(name), "{text}");
         text

@@ -278,12 +278,12 @@ fn loads_in(assembly: &str) -> [u64; 4] {
             0
         } else if ["buffer_load", "global_load", "flat_load"]
             .iter()
-            .any(|own| name.starts_with(own))
+            .any(|prefix| name.starts_with(prefix))
         {
             1
         } else if ["image_load", "image_sample", "image_gather"]
             .iter()
-            .any(|own| name.starts_with(own))
+            .any(|prefix| name.starts_with(prefix))
         {
             2
         } else if name.starts_with("ds_read") || name.starts_with("ds_load") {

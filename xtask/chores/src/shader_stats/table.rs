@@ -104,8 +104,8 @@ impl Table {
             " --- |".repeat(COLUMNS.matches('|').count() - 1)
         );
         for row in &self.rows {
-            let own = &row.statistics;
-            let [scalar, vector, texture, shared] = own.loads;
+            let statistics = &row.statistics;
+            let [scalar, vector, texture, shared] = statistics.loads;
             let [x, y, z] = row.group;
             let _ = writeln!(
                 text,
@@ -113,14 +113,14 @@ impl Table {
                 row.scenes,
                 row.module,
                 row.entry_point,
-                own.vgprs,
-                own.spilled,
-                own.scratch_bytes,
-                own.shared_bytes,
-                own.waves,
-                own.code_bytes,
-                own.instructions,
-                own.cost,
+                statistics.vgprs,
+                statistics.spilled,
+                statistics.scratch_bytes,
+                statistics.shared_bytes,
+                statistics.waves,
+                statistics.code_bytes,
+                statistics.instructions,
+                statistics.cost,
             );
         }
         text
@@ -144,7 +144,7 @@ impl Table {
     pub(crate) fn worse_than(&self, committed: &Self) -> Vec<String> {
         let mut faults = Vec::new();
         for row in &self.rows {
-            let Some(before) = committed.rows.iter().find(|own| own.is_same_as(row)) else {
+            let Some(before) = committed.rows.iter().find(|other| other.is_same_as(row)) else {
                 faults.push(format!("{}: not in the table", row.name()));
                 continue;
             };
@@ -153,7 +153,7 @@ impl Table {
             }
         }
         for row in &committed.rows {
-            if !self.rows.iter().any(|own| own.is_same_as(row)) {
+            if !self.rows.iter().any(|other| other.is_same_as(row)) {
                 faults.push(format!("{}: only in the table", row.name()));
             }
         }
@@ -243,13 +243,13 @@ impl Row {
 pub(crate) fn limits(table: &Table) -> Vec<String> {
     let mut faults = Vec::new();
     for row in &table.rows {
-        let own = &row.statistics;
-        if own.scratch_bytes > 0 || own.spilled > 0 {
+        let statistics = &row.statistics;
+        if statistics.scratch_bytes > 0 || statistics.spilled > 0 {
             faults.push(format!(
                 "{}: {} bytes of scratch, {} spilled registers",
                 row.name(),
-                own.scratch_bytes,
-                own.spilled
+                statistics.scratch_bytes,
+                statistics.spilled
             ));
         }
     }
@@ -260,13 +260,13 @@ pub(crate) fn limits(table: &Table) -> Vec<String> {
                 continue;
             }
             is_there = true;
-            let own = &row.statistics;
-            if own.vgprs > limit.vgprs || own.waves < limit.waves {
+            let statistics = &row.statistics;
+            if statistics.vgprs > limit.vgprs || statistics.waves < limit.waves {
                 faults.push(format!(
                     "{}: {} registers and {} waves, limits {} and {}",
                     row.name(),
-                    own.vgprs,
-                    own.waves,
+                    statistics.vgprs,
+                    statistics.waves,
                     limit.vgprs,
                     limit.waves
                 ));

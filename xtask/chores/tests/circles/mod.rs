@@ -28,10 +28,10 @@ fn home<'a>(modules: &'a Modules, path: &[String], depth: usize) -> Option<&'a M
         to.extend_from_slice(&path[known + 1..]);
         // One that leads out of the crate is nobody's here.
         return home(modules, &to, depth + 1)
-            .filter(|own| own.file != module.file || to.len() > known);
+            .filter(|home_of_item| home_of_item.file != module.file || to.len() > known);
     }
     for glob in &module.globs {
-        let has = |own: &Module| own.reexports.contains_key(name) || own.items.contains(name);
+        let has = |other: &Module| other.reexports.contains_key(name) || other.items.contains(name);
         if modules.get(glob).is_some_and(has) {
             let mut to = glob.clone();
             to.extend_from_slice(&path[known..]);
@@ -48,19 +48,19 @@ fn imports(root: &Path) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
     read(&mut modules, Vec::new(), root, folder);
     let mut all: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (at, module) in &modules {
-        let own = all.entry(module.file.clone()).or_default();
+        let of_file = all.entry(module.file.clone()).or_default();
         // What is handed on and used besides is imported.
         let used = module.reexports.iter();
         let used = used.filter(|(name, _)| module.words.contains(*name));
         for (_, path) in used {
-            own.extend(home(&modules, path, 0).map(|to| to.file.clone()));
+            of_file.extend(home(&modules, path, 0).map(|to| to.file.clone()));
         }
         for path in &module.paths {
             // Through a module that was imported.
             let first = path.get(at.len()).filter(|_| path.starts_with(at));
             if let Some(through) = first.and_then(|name| module.imports.get(name)) {
                 let path = [through, &path[at.len() + 1..]].concat();
-                own.extend(home(&modules, &path, 0).map(|to| to.file.clone()));
+                of_file.extend(home(&modules, &path, 0).map(|to| to.file.clone()));
                 continue;
             }
             // A word that is no module of this one leads elsewhere: to another crate, or to what is in scope already.
@@ -72,7 +72,7 @@ fn imports(root: &Path) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
                 }
             }
             if let Some(to) = home(&modules, path, 0) {
-                own.insert(to.file.clone());
+                of_file.insert(to.file.clone());
             }
         }
     }
@@ -97,14 +97,14 @@ fn circles(all: &BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<Vec<PathBuf>>
     let ways: BTreeMap<&PathBuf, BTreeSet<&PathBuf>> =
         all.keys().map(|file| (file, reached(file))).collect();
     let group = |file: &PathBuf| -> Vec<PathBuf> {
-        let own = ways[file].iter().copied();
-        own.filter(|other| ways.get(other).is_some_and(|back| back.contains(file)))
+        let next = ways[file].iter().copied();
+        next.filter(|other| ways.get(other).is_some_and(|back| back.contains(file)))
             .cloned()
             .collect()
     };
     all.keys()
         .map(group)
-        .filter(|own| !own.is_empty())
+        .filter(|circle| !circle.is_empty())
         .collect()
 }
 
@@ -168,8 +168,9 @@ fn a_circle_is_found() {
     let found = circles(&imports(&folder.path().join("lib.rs")));
     let names: Vec<Vec<_>> = found
         .iter()
-        .map(|own| {
-            own.iter()
+        .map(|circle| {
+            circle
+                .iter()
                 .map(|p| p.file_stem().expect("a name").to_owned())
                 .collect()
         })

@@ -25,11 +25,11 @@ pub(crate) struct Module {
 pub(crate) type Modules = BTreeMap<Vec<String>, Module>;
 
 fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
-    attributes.iter().any(|own| {
+    attributes.iter().any(|attribute| {
         let mut is_test = false;
-        if own.path().is_ident("cfg") {
+        if attribute.path().is_ident("cfg") {
             // What else stands in it makes no difference.
-            let _ = own.parse_nested_meta(|meta| {
+            let _ = attribute.parse_nested_meta(|meta| {
                 is_test |= meta.path.is_ident("test");
                 Ok(())
             });
@@ -50,8 +50,8 @@ struct Reader<'a> {
 pub(crate) fn read(modules: &mut Modules, at: Vec<String>, file: &Path, folder: PathBuf) {
     let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let parsed = syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    let own = modules.entry(at.clone()).or_default();
-    own.file = file.to_owned();
+    let module = modules.entry(at.clone()).or_default();
+    module.file = file.to_owned();
     let file = file.to_owned();
     let mut reader = Reader {
         modules,
@@ -63,7 +63,7 @@ pub(crate) fn read(modules: &mut Modules, at: Vec<String>, file: &Path, folder: 
 }
 
 impl Reader<'_> {
-    fn own(&mut self) -> &mut Module {
+    fn module(&mut self) -> &mut Module {
         self.modules.entry(self.at.clone()).or_default()
     }
 
@@ -90,25 +90,25 @@ impl Reader<'_> {
     fn tree(&mut self, tree: &syn::UseTree, before: &[String], is_public: bool) {
         let mut path = before.to_vec();
         match tree {
-            syn::UseTree::Path(own) => {
-                path.push(own.ident.to_string());
-                self.tree(&own.tree, &path, is_public);
+            syn::UseTree::Path(use_path) => {
+                path.push(use_path.ident.to_string());
+                self.tree(&use_path.tree, &path, is_public);
             }
-            syn::UseTree::Group(own) => {
-                for tree in &own.items {
+            syn::UseTree::Group(group) => {
+                for tree in &group.items {
                     self.tree(tree, before, is_public);
                 }
             }
-            syn::UseTree::Name(own) => {
-                let name = own.ident.to_string();
+            syn::UseTree::Name(single) => {
+                let name = single.ident.to_string();
                 if name != "self" {
                     path.push(name.clone());
                 }
                 self.used(path, Some(name), is_public);
             }
-            syn::UseTree::Rename(own) => {
-                path.push(own.ident.to_string());
-                self.used(path, Some(own.rename.to_string()), is_public);
+            syn::UseTree::Rename(renamed) => {
+                path.push(renamed.ident.to_string());
+                self.used(path, Some(renamed.rename.to_string()), is_public);
             }
             syn::UseTree::Glob(_) => self.used(path, None, is_public),
         }
@@ -118,9 +118,9 @@ impl Reader<'_> {
     fn named(&mut self, path: Vec<String>) {
         if let [word] = &path[..] {
             let word = word.clone();
-            self.own().words.insert(word);
+            self.module().words.insert(word);
         } else if let Some(path) = self.absolute(&path) {
-            self.own().paths.insert(path);
+            self.module().paths.insert(path);
         }
     }
 
@@ -137,7 +137,7 @@ impl Reader<'_> {
                     path.push(word.to_string());
                     colons = 0;
                 }
-                proc_macro2::TokenTree::Punct(own) if own.as_char() == ':' => colons += 1,
+                proc_macro2::TokenTree::Punct(mark) if mark.as_char() == ':' => colons += 1,
                 other => {
                     self.named(std::mem::take(&mut path));
                     colons = 0;
@@ -156,15 +156,15 @@ impl Reader<'_> {
         };
         // What is only handed on is used by those that take it.
         match name {
-            Some(name) if is_public => drop(self.own().reexports.insert(name, path)),
-            None if is_public => self.own().globs.push(path),
+            Some(name) if is_public => drop(self.module().reexports.insert(name, path)),
+            None if is_public => self.module().globs.push(path),
             Some(name) => {
-                self.own().imports.insert(name, path.clone());
-                self.own().paths.insert(path);
+                self.module().imports.insert(name, path.clone());
+                self.module().paths.insert(path);
             }
             None => {
                 assert!(!path.is_empty(), "{}: `use crate::*`", self.file.display());
-                self.own().paths.insert(path);
+                self.module().paths.insert(path);
             }
         }
     }
@@ -181,21 +181,26 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         if item.content.is_some() {
             let before = std::mem::replace(&mut self.at, at);
             let file = self.file.clone();
-            self.own().file = file;
+            self.module().file = file;
             visit::visit_item_mod(self, item);
             self.at = before;
             return;
         }
-        let path = item.attrs.iter().find_map(|own| match &own.meta {
-            syn::Meta::NameValue(pair) if own.path().is_ident("path") => match &pair.value {
-                syn::Expr::Lit(syn::ExprLit {
-                    lit: syn::Lit::Str(text),
-                    ..
-                }) => Some(text.value()),
+        let path = item
+            .attrs
+            .iter()
+            .find_map(|attribute| match &attribute.meta {
+                syn::Meta::NameValue(pair) if attribute.path().is_ident("path") => {
+                    match &pair.value {
+                        syn::Expr::Lit(syn::ExprLit {
+                            lit: syn::Lit::Str(text),
+                            ..
+                        }) => Some(text.value()),
+                        _ => None,
+                    }
+                }
                 _ => None,
-            },
-            _ => None,
-        });
+            });
         let beside = self.folder.join(format!("{name}.rs"));
         let file = match path {
             Some(path) => self.file.with_file_name(path),
@@ -218,31 +223,31 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         visit::visit_path(self, path);
     }
 
-    fn visit_macro(&mut self, own: &'ast syn::Macro) {
+    fn visit_macro(&mut self, call: &'ast syn::Macro) {
         self.named(
-            own.path
+            call.path
                 .segments
                 .iter()
                 .map(|s| s.ident.to_string())
                 .collect(),
         );
-        self.tokens(own.tokens.clone());
+        self.tokens(call.tokens.clone());
     }
 
     fn visit_item(&mut self, item: &'ast syn::Item) {
         let name = match item {
-            syn::Item::Fn(own) => Some(&own.sig.ident),
-            syn::Item::Struct(own) => Some(&own.ident),
-            syn::Item::Enum(own) => Some(&own.ident),
-            syn::Item::Trait(own) => Some(&own.ident),
-            syn::Item::Type(own) => Some(&own.ident),
-            syn::Item::Const(own) => Some(&own.ident),
-            syn::Item::Static(own) => Some(&own.ident),
+            syn::Item::Fn(declared) => Some(&declared.sig.ident),
+            syn::Item::Struct(declared) => Some(&declared.ident),
+            syn::Item::Enum(declared) => Some(&declared.ident),
+            syn::Item::Trait(declared) => Some(&declared.ident),
+            syn::Item::Type(declared) => Some(&declared.ident),
+            syn::Item::Const(declared) => Some(&declared.ident),
+            syn::Item::Static(declared) => Some(&declared.ident),
             _ => None,
         };
         if let Some(name) = name {
             let name = name.to_string();
-            self.own().items.insert(name);
+            self.module().items.insert(name);
         }
         visit::visit_item(self, item);
     }

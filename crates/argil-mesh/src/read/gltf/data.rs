@@ -80,8 +80,8 @@ impl<'a> Data<'a> {
         if let Some(bytes) = self.buffers.get(&index) {
             return Ok(bytes.clone());
         }
-        let own: BufferJson = element(&self.root.buffers, index, "buffer")?;
-        let bytes = match own.uri {
+        let json: BufferJson = element(&self.root.buffers, index, "buffer")?;
+        let bytes = match json.uri {
             None => {
                 let chunk = self.chunk.filter(|_| index == 0);
                 Bytes::Stored(
@@ -182,31 +182,31 @@ impl<'a> Data<'a> {
     }
 
     fn open(&mut self, index: usize) -> Result<Accessor<'a>, ReadFault> {
-        let own: AccessorJson = element(&self.root.accessors, index, "accessor")?;
+        let accessor: AccessorJson = element(&self.root.accessors, index, "accessor")?;
         let fault = |reason: &str| ReadFault::Damaged(format!("accessor {index}: {reason}"));
         let kind =
-            Kind::of(own.component_type).ok_or_else(|| fault("unsupported component type"))?;
-        let width = match &own.shape[..] {
+            Kind::of(accessor.component_type).ok_or_else(|| fault("unsupported component type"))?;
+        let width = match &accessor.shape[..] {
             "SCALAR" => 1,
             "VEC3" => 3,
             "VEC4" => 4,
             _ => return Err(fault("its type is neither SCALAR, VEC3 nor VEC4")),
         };
         let size = width * kind.size();
-        let (slice, stride) = match own.buffer_view {
+        let (slice, stride) = match accessor.buffer_view {
             Some(view) => {
                 let (slice, stride) = self.view(view)?;
                 (Some(slice), stride.unwrap_or(size))
             }
             None => (None, size),
         };
-        let numbers =
-            slice.map(|slice| Numbers::new(slice, own.byte_offset, stride, own.count, size));
+        let numbers = slice
+            .map(|slice| Numbers::new(slice, accessor.byte_offset, stride, accessor.count, size));
         let numbers = match numbers {
             Some(numbers) => Some(numbers.ok_or_else(|| fault("its data lie outside the buffer"))?),
             None => None,
         };
-        let sparse = match &own.sparse {
+        let sparse = match &accessor.sparse {
             Some(sparse) => Some(
                 self.sparse(sparse, size)
                     .ok_or_else(|| fault("its sparse values are damaged"))?,
@@ -218,31 +218,31 @@ impl<'a> Data<'a> {
         }
         if numbers.is_none() {
             self.budget
-                .take((own.count as u64).saturating_mul(ZERO_BYTES))?;
+                .take((accessor.count as u64).saturating_mul(ZERO_BYTES))?;
         }
         Ok(Accessor {
             numbers,
             sparse,
-            count: own.count,
+            count: accessor.count,
             kind,
-            shape: own.shape,
-            is_normalized: own.normalized,
+            shape: accessor.shape,
+            is_normalized: accessor.normalized,
         })
     }
 
-    fn sparse(&mut self, own: &SparseJson, size: usize) -> Option<Sparse<'a>> {
-        let kind = Kind::of(own.indices.component_type?)?;
-        let (slice, _) = self.view(own.indices.buffer_view).ok()?;
+    fn sparse(&mut self, json: &SparseJson, size: usize) -> Option<Sparse<'a>> {
+        let kind = Kind::of(json.indices.component_type?)?;
+        let (slice, _) = self.view(json.indices.buffer_view).ok()?;
         let indices = Numbers::new(
             slice,
-            own.indices.byte_offset,
+            json.indices.byte_offset,
             kind.size(),
-            own.count,
+            json.count,
             kind.size(),
         )?;
-        let (slice, _) = self.view(own.values.buffer_view).ok()?;
-        let values = Numbers::new(slice, own.values.byte_offset, size, own.count, size)?;
-        let indices: Vec<u32> = (0..own.count).map(|i| kind.index(indices.at(i))).collect();
+        let (slice, _) = self.view(json.values.buffer_view).ok()?;
+        let values = Numbers::new(slice, json.values.byte_offset, size, json.count, size)?;
+        let indices: Vec<u32> = (0..json.count).map(|i| kind.index(indices.at(i))).collect();
         indices
             .is_sorted_by(|a, b| a < b)
             .then_some(Sparse { indices, values })
@@ -336,17 +336,17 @@ impl Kind {
     }
 
     fn number(self, bytes: &[u8], is_normalized: bool) -> f32 {
-        let mut own = [0; 4];
+        let mut padded = [0; 4];
         let size = self.size();
-        own[..size].copy_from_slice(&bytes[..size]);
-        let [a, b, ..] = own;
+        padded[..size].copy_from_slice(&bytes[..size]);
+        let [a, b, ..] = padded;
         let (number, most) = match self {
             Self::I8 => (f32::from(a as i8), 127.0),
             Self::U8 => (f32::from(a), 255.0),
             Self::I16 => (f32::from(i16::from_le_bytes([a, b])), 32767.0),
             Self::U16 => (f32::from(u16::from_le_bytes([a, b])), 65535.0),
-            Self::U32 => (u32::from_le_bytes(own) as f32, u32::MAX as f32),
-            Self::F32 => return f32::from_le_bytes(own),
+            Self::U32 => (u32::from_le_bytes(padded) as f32, u32::MAX as f32),
+            Self::F32 => return f32::from_le_bytes(padded),
         };
         if is_normalized {
             (number / most).max(-1.0)

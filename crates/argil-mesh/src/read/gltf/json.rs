@@ -121,8 +121,8 @@ impl Node {
     }
 
     pub(super) fn is_visible(&self) -> bool {
-        let own = self.extensions.visibility.as_ref();
-        own.is_none_or(|visibility| visibility.visible)
+        let extension = self.extensions.visibility.as_ref();
+        extension.is_none_or(|visibility| visibility.visible)
     }
 
     pub(super) fn is_morphed(&self) -> bool {

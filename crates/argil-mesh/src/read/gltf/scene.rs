@@ -170,7 +170,7 @@ impl Reader<'_> {
         let places = self.places.entry(index).or_default();
         places.nodes += 1;
         places.morphed += u64::from(node.is_morphed());
-        let placed = all.into_iter().map(|own| scene_from_node * own);
+        let placed = all.into_iter().map(|instance| scene_from_node * instance);
         places.scene_from_mesh.extend(placed);
         Ok(())
     }
@@ -210,28 +210,30 @@ impl Reader<'_> {
     }
 
     /// Returns the transforms of a node's instances.
-    fn instances(&mut self, own: &InstanceAttributes) -> Result<Vec<Mat4>, ReadFault> {
+    fn instances(&mut self, attributes: &InstanceAttributes) -> Result<Vec<Mat4>, ReadFault> {
         let mut open = |index: Option<usize>, shape| {
             index
                 .map(|index| self.data.accessor(index, shape))
                 .transpose()
         };
-        let translation = open(own.translation, "VEC3")?;
-        let rotation = open(own.rotation, "VEC4")?;
-        let scale = open(own.scale, "VEC3")?;
+        let translation = open(attributes.translation, "VEC3")?;
+        let rotation = open(attributes.rotation, "VEC4")?;
+        let scale = open(attributes.scale, "VEC3")?;
         let all = [&translation, &rotation, &scale];
         let counts = all.into_iter().flatten().map(|accessor| accessor.count);
         let count = counts.min().unwrap_or(1);
         self.copies
             .take((count as u64).saturating_mul(size_of::<Mat4>() as u64))?;
-        let vec3 = |own: &Option<Rc<Accessor<'_>>>, i: usize, default: Vec3| {
-            own.as_ref().map_or(default, |own| {
-                let [x, y, z, _] = own.vector(i);
+        let vec3 = |accessors: &Option<Rc<Accessor<'_>>>, i: usize, default: Vec3| {
+            accessors.as_ref().map_or(default, |vectors| {
+                let [x, y, z, _] = vectors.vector(i);
                 Vec3::new(x, y, z)
             })
         };
         let place = |i: usize| {
-            let rotation = rotation.as_ref().map(|own| Quat::from_array(own.vector(i)));
+            let rotation = rotation
+                .as_ref()
+                .map(|quaternions| Quat::from_array(quaternions.vector(i)));
             let rotation = rotation.filter(|q| q.length_squared() > 0.0);
             Mat4::from_scale_rotation_translation(
                 vec3(&scale, i, Vec3::ONE),
@@ -243,17 +245,17 @@ impl Reader<'_> {
     }
 
     /// Returns a primitive's triangles, with the vertices that they use.
-    fn primitive(&mut self, own: &Primitive<'_>) -> Result<Mesh, ReadFault> {
-        let position = own.attributes.position.ok_or("a part has no positions")?;
+    fn primitive(&mut self, json: &Primitive<'_>) -> Result<Mesh, ReadFault> {
+        let position = json.attributes.position.ok_or("a part has no positions")?;
         let positions = self.data.accessor(position, "VEC3");
         let positions = positions.map_err(|fault| {
-            if own.extensions.draco.is_some() {
+            if json.extensions.draco.is_some() {
                 draco()
             } else {
                 fault
             }
         })?;
-        let mut corners: Vec<u32> = match own.indices {
+        let mut corners: Vec<u32> = match json.indices {
             Some(index) => {
                 let indices = self.data.accessor(index, "SCALAR")?;
                 if !indices.has_indices() {
@@ -290,7 +292,7 @@ impl Reader<'_> {
         };
         Ok(Mesh {
             positions: used.iter().map(point).collect(),
-            triangles: match own.mode() {
+            triangles: match json.mode() {
                 4 => corners.as_chunks::<3>().0.to_vec(),
                 5 => strip(&corners).collect(),
                 6 => fan(&corners).collect(),

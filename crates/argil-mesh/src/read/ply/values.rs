@@ -153,10 +153,10 @@ impl<'a> Values<'a> {
 /// Decodes a number of `kind.size()` bytes.
 fn decode(bytes: &[u8], kind: Number, is_big: bool) -> f64 {
     let mut little = [0; 8];
-    let own = &mut little[..bytes.len()];
-    own.copy_from_slice(bytes);
+    let digits = &mut little[..bytes.len()];
+    digits.copy_from_slice(bytes);
     if is_big {
-        own.reverse();
+        digits.reverse();
     }
     let [a, b, c, d, ..] = little;
     match kind {

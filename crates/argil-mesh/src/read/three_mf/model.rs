@@ -122,12 +122,12 @@ impl Model {
 
     /// Whether an element belongs to the core: it has the namespace of the first element, or none if that has none.
     fn is_core(&mut self, namespace: &ResolveResult<'_>) -> bool {
-        let own: &[u8] = match namespace {
+        let name: &[u8] = match namespace {
             ResolveResult::Unbound => b"",
-            ResolveResult::Bound(own) => own.as_ref(),
+            ResolveResult::Bound(name) => name.as_ref(),
             ResolveResult::Unknown(_) => return false,
         };
-        self.namespace.get_or_insert_with(|| own.to_vec()) == own
+        self.namespace.get_or_insert_with(|| name.to_vec()) == name
     }
 
     fn element(&mut self, tag: &BytesStart<'_>, budget: &mut Budget) -> Result<(), ReadFault> {
@@ -155,7 +155,9 @@ impl Model {
                     _ => Role::Model,
                 };
                 let is_coarse = |name| {
-                    Ok::<_, ReadFault>(attribute(tag, name)?.is_some_and(|own| own != "fullres"))
+                    Ok::<_, ReadFault>(
+                        attribute(tag, name)?.is_some_and(|value| value != "fullres"),
+                    )
                 };
                 let is_coarse = is_coarse("meshresolution")? || is_coarse("modelresolution")?;
                 let object = self.object();
@@ -184,7 +186,7 @@ impl Model {
     /// Notes an extension's shape.
     fn extension(&mut self, tag: &BytesStart<'_>) -> Result<(), ReadFault> {
         let name = tag.local_name();
-        let shape = SHAPES.iter().find(|(own, _)| *own == name.as_ref());
+        let shape = SHAPES.iter().find(|(known, _)| *known == name.as_ref());
         if let Some(&(_, shape)) = shape {
             self.object().left_out.insert(shape, 1);
         }
@@ -205,9 +207,9 @@ impl Model {
         };
         let required = attribute(tag, "requiredextensions")?.unwrap_or_default();
         let mut attributes = tag.attributes();
-        let named = attributes.with_checks(false).flatten().filter_map(|own| {
-            let prefix = own.key.as_ref().strip_prefix(b"xmlns:")?.to_vec();
-            Some((prefix, String::from_utf8_lossy(&own.value).into_owned()))
+        let named = attributes.with_checks(false).flatten().filter_map(|entry| {
+            let prefix = entry.key.as_ref().strip_prefix(b"xmlns:")?.to_vec();
+            Some((prefix, String::from_utf8_lossy(&entry.value).into_owned()))
         });
         let named: BTreeMap<Vec<u8>, String> = named.collect();
         for prefix in required.split_whitespace() {
@@ -224,10 +226,10 @@ impl Model {
 }
 
 pub(super) fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, ReadFault> {
-    for own in tag.attributes().with_checks(false) {
-        let own = own.map_err(|error| error.to_string())?;
-        if own.key.local_name().as_ref() == name.as_bytes() {
-            let text = String::from_utf8_lossy(&own.value);
+    for entry in tag.attributes().with_checks(false) {
+        let entry = entry.map_err(|error| error.to_string())?;
+        if entry.key.local_name().as_ref() == name.as_bytes() {
+            let text = String::from_utf8_lossy(&entry.value);
             let text = quick_xml::escape::unescape(&text).map_err(|error| error.to_string())?;
             return Ok(Some(text.into_owned()));
         }
@@ -241,15 +243,15 @@ pub(super) fn numbers<const N: usize, T: FromStr + Copy + Default>(
     names: [&str; N],
 ) -> Result<[T; N], ReadFault> {
     let mut all = [None; N];
-    for own in tag.attributes().with_checks(false) {
-        let own = own.map_err(|error| error.to_string())?;
+    for entry in tag.attributes().with_checks(false) {
+        let entry = entry.map_err(|error| error.to_string())?;
         let Some(at) = names
             .iter()
-            .position(|name| own.key.as_ref() == name.as_bytes())
+            .position(|name| entry.key.as_ref() == name.as_bytes())
         else {
             continue;
         };
-        let text = std::str::from_utf8(&own.value).unwrap_or_default();
+        let text = std::str::from_utf8(&entry.value).unwrap_or_default();
         let number = text.trim().parse();
         all[at] = Some(number.map_err(|_| format!("{} is {text:?}, not a number", names[at]))?);
     }
@@ -273,7 +275,7 @@ fn placement(tag: &BytesStart<'_>, budget: &mut Budget) -> Result<Placement, Rea
         object,
         transform: transform(tag)?,
         is_printed: attribute(tag, "printable")?
-            .is_none_or(|own| own.trim() != "0" && own.trim() != "false"),
+            .is_none_or(|value| value.trim() != "0" && value.trim() != "false"),
     })
 }
 

@@ -89,10 +89,12 @@ impl<'a> Package<'a> {
                 match event.map_err(|error| ReadFault::Damaged(format!("_rels/.rels: {error}")))? {
                     Event::Start(tag) | Event::Empty(tag) => {
                         let of = |name: &str| {
-                            let own = tag.try_get_attribute(name).ok().flatten();
-                            own.map(|own| String::from_utf8_lossy(&own.value).into_owned())
+                            let attribute = tag.try_get_attribute(name).ok().flatten();
+                            attribute.map(|attribute| {
+                                String::from_utf8_lossy(&attribute.value).into_owned()
+                            })
                         };
-                        let is_model = of("Type").is_some_and(|own| own.ends_with(MODEL_TYPE));
+                        let is_model = of("Type").is_some_and(|value| value.ends_with(MODEL_TYPE));
                         if let Some(target) = of("Target").filter(|_| is_model) {
                             return Ok(target);
                         }
